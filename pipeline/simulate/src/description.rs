@@ -434,3 +434,30 @@ fn reflects(reflector: Reflector) -> String {
         ),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// Words on the map of the new design with these keys of its receiver.
+    fn map_of(keys: &str) -> String {
+        let own = design::NEW_DESIGN.replace("NAME", "own");
+        let plane = "plane_height_mm = 3.0\n";
+        assert!(own.contains(plane));
+        let text = own.replace(plane, &format!("{plane}{keys}"));
+        let parsed = design::parse("own.toml", &text, Path::new(""));
+        map(&parsed.unwrap_or_else(|error| panic!("{keys}: {error}")))
+    }
+
+    #[test]
+    fn a_map_is_said_to_be_averaged_and_smoothed_as_it_is() {
+        let images = "averaged over its mirror images in x, y and x = y";
+        assert_eq!(map_of(""), format!("{images}, smoothed with a deviation of 0.1 mm"));
+        assert_eq!(
+            map_of("average = \"none\"\nsmoothing_sigma_mm = 0.0\n"),
+            "not averaged over images, not smoothed"
+        );
+    }
+}
