@@ -200,6 +200,8 @@ fn names_that_steer_the_terminal_are_refused_or_escaped() {
     refused(at, &["check", "b\u{1b}[2J.toml"], "b\\u001b[2J.toml");
     let out = "r\nrm -rf x";
     refused(at, &["run", "tiny.toml", "--out", out], "path of results: expected text without");
+    let plan = ["plan", "--", "run", "tiny.toml", "--out", out];
+    refused(at, &plan, "path of results: expected text without");
     let submit = ["submit", "--slurm", "--", "run", "tiny.toml", "--out", out];
     refused(at, &submit, "control characters");
     assert!(!at.join(out).exists());

@@ -137,6 +137,39 @@ fn a_yield_of_noise_is_not_resolved() {
     assert!(text.contains("16 of 16 packages, 100.0 %"), "{text}");
 }
 
+/// Extremes of a cell that few paths do not resolve scatter by more than their halves tell.
+#[test]
+fn the_noise_of_open_extremes_is_no_scatter() {
+    let folder = folder(&["side-lens.toml"]);
+    let at = folder.path();
+    let text = "name = \"noise\"\ndesign = \"side-lens.toml\"\nsamples = 16\npaths = 20000\n\
+                figures = [\"cell_valley_to_peak\", \"cell_logarithmic\", \"beam_angle_deg\"]\n\
+                [[tolerances]]\nkey = \"silicone.index\"\ndeviation = 1e-9\n\
+                [[constraints]]\nfigure = \"cell_valley_to_peak\"\nat_least = 0.2\n";
+    std::fs::write(at.join("tolerance.toml"), text).expect("written");
+    let (done, text, said) = says(at, &["tolerance", "tolerance.toml"]);
+    assert!(done, "{said}");
+    let found = json(&at.join("tolerance/tolerance.json"));
+    for (key, figure) in found["figures"].as_object().expect("figures") {
+        let noise = number(&figure["noise_of_a_trace"]);
+        let below = number(&figure["deviation_below"]);
+        assert!(figure["deviation"].is_null() && below > 0.5 * noise, "{key} {figure}");
+    }
+    assert!(text.contains("yield: not resolved: "), "{text}");
+    // Bounds in their range, and errors that hold them.
+    let table = std::fs::read_to_string(at.join("tolerance/samples.csv")).expect("a table");
+    let rows: Vec<Vec<String>> = table.lines().map(fields).collect();
+    let column = |name: &str| rows[0].iter().position(|head| head == name).expect("a column");
+    let [value, error, low, high] = ["", "_standard_error", "_low", "_high"]
+        .map(|end| column(&format!("cell_valley_to_peak{end}")));
+    for row in &rows[1..] {
+        let [value, error, low, high] = [value, error, low, high]
+            .map(|column| row[column].parse::<f64>().expect("an open figure"));
+        assert!(0.0 <= low && low < value && value < high && high <= 1.0, "{row:?}");
+        assert!(error > 0.2 * (value - low).min(high - value), "{row:?}");
+    }
+}
+
 #[test]
 fn an_interrupted_analysis_goes_on_to_the_same_bytes() {
     let folder = folder(&["tiny.toml"]);
@@ -281,6 +314,14 @@ fn equal_designs_of_a_front_are_written_once() {
     assert!(designs.len() == front.len() && front.len() <= 9, "{found}");
     let selected = found["stages"][0]["final_candidates"].as_array().expect("candidates");
     assert!(selected.len() <= 10, "{}", selected.len());
+    // The design that is found has one state, in the table and in the front.
+    let after = &found["figures"]["illuminance_valley_to_peak"]["after"];
+    let same = front.iter().find(|entry| entry["figures"][0]["value"] == after["value"]);
+    let same = &same.expect("the design that is found")["figures"][0];
+    assert!(
+        after["interval"].is_array() && same["interval"] == after["interval"],
+        "{after} {same}"
+    );
 }
 
 const MATERIAL: &str =

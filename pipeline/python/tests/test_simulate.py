@@ -443,8 +443,10 @@ def test_a_front_has_its_designs(root: Path, tmp_path: Path) -> None:
     (tmp_path / "problem.toml").write_text(text)
     found = simulate.optimise(tmp_path / "problem.toml", out=tmp_path / "out")
     assert found.front
-    for one in found.front:
+    for one, entry in zip(found.front, found.raw["front"]["designs"], strict=True):
         assert list(one.figures) == ["uniformity", "extraction_efficiency"]
+        ends = [of.get("interval") for of in entry["figures"]]
+        assert [of.interval and list(of.interval) for of in one.figures.values()] == ends
         assert all(figure.standard_error > 0 for figure in one.figures.values())
         assert one.design.data["array"]["pitch_mm"] == pytest.approx(one.coefficients[0])
 

@@ -5,6 +5,7 @@ use anyhow::Result;
 
 use metrics::Estimate;
 use metrics::quantity::{Curve, Unit};
+use results::figure_entry::FigureEntry;
 use results::optimisation::{GenerationEntry, OptimisationFile};
 
 use super::plots::{Heading, MarkedLine, Picture, marked_lines, pareto_front, search_convergence};
@@ -44,7 +45,8 @@ fn convergence(file: &OptimisationFile) -> Result<Vec<Curve>> {
             }
         }
     }
-    let level = |label: &str, e: Estimate| {
+    let level = |label: &str, entry: FigureEntry| {
+        let e = entry.between_ends().unwrap_or(entry.estimate());
         let errors = vec![e.standard_error; 2];
         Curve::new(label, vec![0.0, candidates], vec![e.value; 2], errors)
     };
@@ -94,6 +96,6 @@ pub fn front_picture(file: &OptimisationFile) -> Result<Option<Picture>> {
     };
     let heading = heading(file, "Pareto front");
     let names = front.figures.each_ref().map(String::as_str);
-    let designs: Vec<[Estimate; 2]> = front.designs.iter().map(|d| d.figures).collect();
+    let designs: Vec<[FigureEntry; 2]> = front.designs.iter().map(|d| d.figures).collect();
     pareto_front(&heading, names, &designs, front.before).map(Some)
 }

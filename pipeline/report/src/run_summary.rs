@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 
 use metrics::Estimate;
-use metrics::digits::{significant, thousands};
+use metrics::digits::thousands;
 use metrics::extraction::{Ledger, is_end};
 use metrics::figures::{BEAM_ANGLE, COLOURS, EXTRACTION, FAR_FIELD, FIELD_ANGLE, UNIFORMITY};
 use metrics::plural::count;
@@ -60,20 +60,26 @@ fn light(text: &mut String, ledger: &Ledger) {
             line(text, name, &percent(estimate));
         }
     }
-    let mut lost = 0.0;
-    for (key, estimate) in &ledger.accounts {
+    let mut lost = Estimate::new(0.0, 0.0);
+    for (key, _) in &ledger.accounts {
         if !is_end(key) || key.starts_with("escaped_") {
             continue;
         }
+        let Some(share) = ledger.account(key) else { continue };
         if key.starts_with("lost_") {
-            lost += estimate.value;
-        } else if let Some(share) = ledger.account(key).filter(|share| share.value > NEGLIGIBLE) {
+            lost = together(lost, share);
+        } else if share.value > NEGLIGIBLE {
             line(text, &key.replace('_', " "), &percent(share));
         }
     }
-    let lost =
-        if lost == 0.0 { "0 %".to_owned() } else { format!("{} %", significant(lost * 100.0)) };
-    line(text, "lost", &lost);
+    line(text, "lost", &percent(lost));
+}
+
+/// The sum of two shares of the light. One path that none of them has seen counts once.
+fn together(a: Estimate, b: Estimate) -> Estimate {
+    let (errors, value) = ([a, b].map(|share| share.standard_error), a.value + b.value);
+    let largest = errors[0].max(errors[1]);
+    Estimate::new(value, if value == 0.0 { largest } else { errors[0].hypot(errors[1]) })
 }
 
 /// Cells beside each other, each so wide.
@@ -148,7 +154,7 @@ fn far_field(text: &mut String, model: &ModelResult) {
         match model.figure(definition.key) {
             Some(figure) => line(text, name, &shown::text(&figure.entry, figure.unit)),
             None if has_far_field && [BEAM_ANGLE, FIELD_ANGLE].contains(&definition) => {
-                line(text, name, "none (the intensity does not fall so far)");
+                line(text, name, shown::absent(definition.key));
             }
             None => {}
         }
@@ -264,13 +270,28 @@ mod tests {
         assert!(text.starts_with("mine, rays: 1,234,560 paths\n"), "{text}");
         assert!(place("75.000 ± 0.020 %") < place("absorbed by bottom"));
         assert!(place("absorbed by bottom") < place("uniformity"));
-        assert!(place("0.0010 %") < place("uniformity"));
+        assert!(place("0.00100 ± 0.00010 %") < place("uniformity"));
         assert!(!text.contains("led top"), "{text}");
         assert!(text.contains("not resolved"), "{text}");
         assert!(
             text.lines().all(|line| line.chars().count() < 100 && !line.ends_with(' ')),
             "{text}"
         );
+    }
+
+    #[test]
+    fn light_that_is_lost_has_the_error_of_its_parts() {
+        let mut lossy = model();
+        let account =
+            |name: &str, value: f64, error: f64| (name.into(), Estimate::new(value, error));
+        lossy.ledger.accounts.push(account("lost_too_many_bounces", 4e-5, 2e-6));
+        let text = block("mine", &lossy);
+        assert!(text.contains("lost                        0.00500 ± 0.00022 %"), "{text}");
+        lossy.ledger.accounts.retain(|(name, _)| !name.starts_with("lost_"));
+        lossy.ledger.accounts.push(account("lost_depth", 0.0, 1e-6));
+        lossy.ledger.accounts.push(account("lost_too_many_bounces", 0.0, 1e-6));
+        let text = block("mine", &lossy);
+        assert!(text.contains("below 3.0e-4 %") || text.contains("below 0.0003 %"), "{text}");
     }
 
     #[test]

@@ -111,16 +111,28 @@ impl FigureEntry {
         }
     }
 
-    /// The same with an interval that ends where figures of this unit do: a fraction is at most 1, an
-    /// angle at most 180°.
+    /// The same of the other sign.
+    #[must_use]
+    pub fn negated(self) -> Self {
+        Self {
+            value: -self.value,
+            interval: self.interval.map(|[low, high]| [-high, -low]),
+            ..self
+        }
+    }
+
+    /// The same with an interval that ends where figures of this unit do: a fraction at 0 and 1, an
+    /// angle at 0 and 180°, light at 0.
     #[must_use]
     pub fn in_range(self, unit: Unit) -> Self {
-        let end = match unit {
-            Unit::Fraction => 1.0,
-            Unit::Degree => 180.0,
-            _ => f64::INFINITY,
+        let [least, most] = match unit {
+            Unit::Fraction => [0.0, 1.0],
+            Unit::Degree => [0.0, 180.0],
+            Unit::Relative => [f64::NEG_INFINITY, f64::INFINITY],
+            _ => [0.0, f64::INFINITY],
         };
-        Self { interval: self.interval.map(|[low, high]| [low, high.min(end)]), ..self }
+        let interval = self.interval.map(|ends| ends.map(|end| end.clamp(least, most)));
+        Self { interval, ..self }
     }
 
     /// A figure that has this estimate and nothing else.

@@ -13,11 +13,13 @@ use serde::{Deserialize, Serialize};
 use files::provenance::FileRecord;
 use metrics::estimate::DISTINCT;
 use metrics::plural::count;
+use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
 
 use super::figure_entry::FigureEntry;
 use super::schema::Program;
 use super::sealed_file::{self, Writer};
+use super::shown;
 
 /// File under the directory of results.
 pub const FILE: &str = "optimise.json";
@@ -66,11 +68,11 @@ pub struct OptimisationFile {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ObjectiveEntry {
     /// Verified, at the beginning, where it can be judged.
-    pub before: Option<Estimate>,
+    pub before: Option<FigureEntry>,
     /// Verified, of the design found.
-    pub after: Estimate,
+    pub after: FigureEntry,
     /// Their difference, paired by groups of paths and by packages.
-    pub change: Option<Estimate>,
+    pub change: Option<FigureEntry>,
     /// Judgement of the change.
     pub verdict: Option<Verdict>,
     /// Best value that the search saw in the run of the design; none where the start was selected.
@@ -78,9 +80,30 @@ pub struct ObjectiveEntry {
     /// When it was selected.
     pub at_selection: Option<Estimate>,
     /// Verified, of the design found, with `set` of the last stage.
-    pub as_in_search: Estimate,
+    pub as_in_search: FigureEntry,
     /// `as_in_search` less `in_search`.
-    pub bias_of_search: Option<Estimate>,
+    pub bias_of_search: Option<FigureEntry>,
+}
+
+impl ObjectiveEntry {
+    /// For people: how the best value that the search saw compares with that by fresh paths; smaller is
+    /// better.
+    pub fn bias_in_words(&self) -> Option<String> {
+        let bias = self.bias_of_search?;
+        let words = |by: &FigureEntry| shown::number(by, Unit::Relative);
+        let fresh = "by fresh paths in the same settings";
+        Some(match Verdict::new(&bias, Some(true)) {
+            Verdict::Better => format!("better by {} than {fresh}", words(&bias)),
+            Verdict::Worse => format!("worse by {} than {fresh}", words(&bias.negated())),
+            Verdict::Unchanged => format!("the same as {fresh}"),
+            Verdict::NotResolved | Verdict::Changed => {
+                format!(
+                    "not different beyond errors from that {fresh}, {}",
+                    words(&self.as_in_search)
+                )
+            }
+        })
+    }
 }
 
 /// A figure before and after.
@@ -177,7 +200,7 @@ pub struct FrontEntry {
     /// Keys of the figures.
     pub figures: [String; 2],
     /// Both figures at the beginning, where they can be judged.
-    pub before: Option<[Estimate; 2]>,
+    pub before: Option<[FigureEntry; 2]>,
     /// Designs, by the first term.
     pub designs: Vec<FrontDesignEntry>,
 }
@@ -190,7 +213,7 @@ pub struct FrontDesignEntry {
     /// Coefficients of the variables.
     pub coefficients: Vec<f64>,
     /// Both figures, verified.
-    pub figures: [Estimate; 2],
+    pub figures: [FigureEntry; 2],
     /// True if it meets the constraints as verified.
     pub feasible: bool,
     /// Constraints that it misses, each with by how much.
@@ -334,5 +357,37 @@ impl OptimisationFile {
     pub fn read(directory: &Path) -> Result<Option<Self>> {
         let writer = Writer { work: "search", again: "search again" };
         sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_search_saw_is_better_worse_or_not_told_apart() {
+        let plain = |value: f64| FigureEntry::new(Estimate::new(value, 0.1));
+        let words = |bias: FigureEntry| {
+            let objective = ObjectiveEntry {
+                before: None,
+                after: plain(0.0),
+                change: None,
+                verdict: None,
+                in_search: Some(0.0),
+                at_selection: None,
+                as_in_search: bias,
+                bias_of_search: Some(bias),
+            };
+            objective.bias_in_words().expect("a bias")
+        };
+        let fresh = "by fresh paths in the same settings";
+        assert_eq!(words(plain(0.5)), format!("better by 0.50 ± 0.10 than {fresh}"));
+        assert_eq!(words(plain(-0.5)), format!("worse by 0.50 ± 0.10 than {fresh}"));
+        let near = words(plain(-0.2));
+        assert_eq!(near, format!("not different beyond errors from that {fresh}, -0.20 ± 0.10"));
+        let open = FigureEntry { interval: Some([-1.0, -0.5]), ..plain(-0.7) };
+        assert_eq!(words(open), format!("worse by 0.5 to 1 than {fresh}"));
+        let open = FigureEntry { interval: Some([-1.0, 0.25]), ..open };
+        assert!(words(open).starts_with("not different"), "{}", words(open));
     }
 }

@@ -10,6 +10,9 @@ use super::ray_paths::{PathEnd, TracedPath};
 /// File in the folder of a model.
 pub const FILE: &str = "package.json";
 
+/// Name under which [`PackageFile::simulated`] says how the map of the plane is averaged and smoothed.
+pub const MAP: &str = "map";
+
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PackageFile {

@@ -12,6 +12,15 @@ use crate::figure_entry::FigureEntry;
 /// A scatter of replicates below this part of a value is rounding.
 const ROUNDING: f64 = 1e-13;
 
+/// What replicates do not contain of the value that they belong to, the difference of two values of
+/// about `size`: its distance from their mean, where that exceeds their scatter. An extreme that all
+/// replicates hold at one place may jump to another in the halves of the paths that give its value.
+pub fn jump(value: f64, replicates: &[f64], size: f64) -> f64 {
+    let mean = replicates.iter().sum::<f64>() / replicates.len() as f64;
+    let distance = (value - mean).abs();
+    if distance > spread(replicates).max(ROUNDING * size) { distance } else { 0.0 }
+}
+
 /// A figure with its state and its replicates.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PairedFigure {
@@ -56,22 +65,25 @@ impl PairedFigure {
     ///
     /// The change of a peak that is a bin lies between the differences of the ends, as that of two
     /// sums that no path reached. The bias that picking leaves is that of both less what they have
-    /// in common. A change without an error is one of equal sums, or of exact numbers.
+    /// in common, and no less than a [`jump`] of the change. A change without an error is one of equal
+    /// sums, or of exact numbers.
     pub fn change(&self, base: &Self) -> FigureEntry {
         let (own, other) = (&self.entry, &base.entry);
         let pairs = self.without.iter().zip(&base.without);
         let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
         let value = own.value - other.value;
         let unseen = |e: &FigureEntry| e.upper_bound.map_or(0.0, |_| e.standard_error);
+        let size = own.value.abs().max(other.value.abs());
         let mut scatter = spread(&differences).hypot(unseen(own)).hypot(unseen(other));
-        if value != 0.0 && scatter <= ROUNDING * own.value.abs().max(other.value.abs()) {
+        if value != 0.0 && scatter <= ROUNDING * size {
             scatter = own.standard_error.hypot(other.standard_error);
         }
         let bias = own.bias_bound.unwrap_or(0.0) - other.bias_bound.unwrap_or(0.0);
+        let bias = bias.abs().max(jump(value, &differences, size));
         let change = Estimate {
             value,
             standard_error: scatter.hypot(bias / 3f64.sqrt()),
-            bias_bound: (bias != 0.0).then_some(bias.abs()),
+            bias_bound: (bias > 0.0).then_some(bias),
         };
         let of_ends = || {
             let ends = |e: &FigureEntry| e.ends().unwrap_or([e.value; 2]);
@@ -150,6 +162,10 @@ mod tests {
         let alike = picked(0.6, 0.8, [0.61, 0.60, 0.59, 0.60]);
         let change = alike.change(&base);
         assert!((change.value - 0.1).abs() < 1e-12 && change.interval.is_none(), "{change:?}");
+        // A jump of the values that no replicate contains: it may be there or not.
+        let held = PairedFigure { without: base.without.clone(), ..alike.clone() };
+        let [low, high] = held.change(&base).interval.expect("not resolved");
+        assert!(low < 0.0 && high > 0.1, "{low} {high}");
         let wider = picked(0.6, 1.0, [0.61, 0.60, 0.59, 0.60]);
         let [low, high] = wider.change(&base).interval.expect("not resolved");
         assert!(low < 0.1 && high > 0.3, "{low} {high}");

@@ -6,7 +6,7 @@
 
 use design::spectrum::Weighting;
 use metrics::digits::{Digits, format_value_with_error, shortest, significant};
-use metrics::figures::{self, COLOURS_OF_RECEIVER, OF_RECEIVER, Source};
+use metrics::figures::{self, BEAM_ANGLE, COLOURS_OF_RECEIVER, FIELD_ANGLE, OF_RECEIVER, Source};
 use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
 
@@ -46,6 +46,15 @@ pub fn shown_unit(unit: Unit) -> (f64, &'static str) {
     match unit {
         Unit::Fraction => (100.0, "%"),
         other => (1.0, other.symbol()),
+    }
+}
+
+/// Words in place of a figure that its design has and cannot be read.
+pub fn absent(key: &str) -> &'static str {
+    if [BEAM_ANGLE.key, FIELD_ANGLE.key].contains(&key) {
+        "none (the intensity does not fall so far)"
+    } else {
+        "cannot be read"
     }
 }
 

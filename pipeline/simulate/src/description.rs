@@ -16,14 +16,16 @@ use design::schema::receivers::ReceiverForm;
 use design::schema::solids::{Per, Prisms, ScatterLaw};
 use design::spectrum::lights::Light;
 use metrics::digits::shortest;
+use metrics::illuminance::Symmetry;
 use metrics::layout::{Area, Layout};
 use metrics::plural::count;
 use metrics::uniformity_forms::{PHASES, cell, sees_one_phase};
+use results::package::MAP;
 
 use super::cells::band_cells;
 use super::model::copies_um;
 use super::observation::layout;
-use super::symmetry::broken_by;
+use super::symmetry::{broken_by, of_maps};
 
 /// Names and words, from the dome to the receiver plane.
 pub fn description(design: &Design) -> Vec<(&'static str, String)> {
@@ -122,10 +124,24 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
             shortest(plane.read_bin_mm.unwrap_or(plane.bin_mm))
         ),
     );
+    line(MAP, map(design));
     for receiver in &design.receivers {
         line("receiver", self::receiver(receiver));
     }
     lines
+}
+
+/// What the map of the plane is made of, in words.
+fn map(design: &Design) -> String {
+    let averaged = match of_maps(design) {
+        Symmetry::Square => "averaged over its mirror images in x, y and x = y",
+        Symmetry::Rectangle => "averaged over its mirror images in x and y",
+        Symmetry::None => "not averaged over images",
+    };
+    match design.receiver.smoothing_sigma_mm {
+        0.0 => format!("{averaged}, not smoothed"),
+        sigma => format!("{averaged}, smoothed with a deviation of {} mm", shortest(sigma)),
+    }
 }
 
 /// A receiver in words.
@@ -416,5 +432,32 @@ fn reflects(reflector: Reflector) -> String {
             "{reflectance}, of which {} % specular, the rest Lambertian",
             100.0 * specular_fraction
         ),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    /// Words on the map of the new design with these keys of its receiver.
+    fn map_of(keys: &str) -> String {
+        let own = design::NEW_DESIGN.replace("NAME", "own");
+        let plane = "plane_height_mm = 3.0\n";
+        assert!(own.contains(plane));
+        let text = own.replace(plane, &format!("{plane}{keys}"));
+        let parsed = design::parse("own.toml", &text, Path::new(""));
+        map(&parsed.unwrap_or_else(|error| panic!("{keys}: {error}")))
+    }
+
+    #[test]
+    fn a_map_is_said_to_be_averaged_and_smoothed_as_it_is() {
+        let images = "averaged over its mirror images in x, y and x = y";
+        assert_eq!(map_of(""), format!("{images}, smoothed with a deviation of 0.1 mm"));
+        assert_eq!(
+            map_of("average = \"none\"\nsmoothing_sigma_mm = 0.0\n"),
+            "not averaged over images, not smoothed"
+        );
     }
 }

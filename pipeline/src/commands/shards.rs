@@ -21,7 +21,7 @@ use simulate::shard::{SHARDS, ShardChoice};
 
 use super::arguments::whole;
 use super::job_record::{FILE, JobRecord, SharedLine, shell_line};
-use super::outputs::writable;
+use super::outputs::{refuse_control, writable};
 use super::shardable::Shardable;
 use super::submit;
 
@@ -265,6 +265,7 @@ impl OpenJob {
         let options = command.job_options();
         ensure!(options.shard.is_none(), "expected a command without --shard");
         let out = options.out.to_path_buf();
+        refuse_control(&out)?;
         let context = RunContext { seed: line.seed, ..context };
         let work = command.work(context).with_context(|| match &started {
             Some(record) => format!("the job was started in `{}`", record.directory.display()),

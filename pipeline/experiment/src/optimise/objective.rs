@@ -16,7 +16,7 @@ use metrics::figures::{PARABOLA, PEAK_ANGLE};
 use metrics::{Bounds, Estimate, figures, spread};
 use results::constraint;
 use results::figure_entry::FigureEntry;
-use results::paired_figure::PairedFigure;
+use results::paired_figure::{PairedFigure, jump};
 use results::shown;
 use simulate::observation::{Observation, check_figure};
 
@@ -43,6 +43,11 @@ struct Term {
 }
 
 impl Term {
+    /// What one unit of the figure changes of it.
+    fn slope(&self) -> f64 {
+        self.weight / self.scale
+    }
+
     /// What it adds to the objective.
     fn cost(&self, value: f64) -> f64 {
         self.weight
@@ -130,28 +135,29 @@ impl Evaluation {
         self.figures.iter().map(|(key, figure)| (key.clone(), figure.entry)).collect()
     }
 
-    /// Estimate of a figure, the middle of one between two ends.
-    pub fn figure(&self, key: &str) -> Option<Estimate> {
-        let mut all = self.figures.iter();
-        let entry = all.find(|(known, _)| known == key)?.1.entry;
-        Some(entry.between_ends().unwrap_or(entry.estimate()))
+    /// A figure with its state and its replicates.
+    pub fn figure(&self, key: &str) -> Option<&PairedFigure> {
+        self.figures.iter().find(|(known, _)| known == key).map(|(_, figure)| figure)
     }
 
     /// The objective less that of `base`, which was judged by the same random numbers; its error is
-    /// that of the differences, group by group and package by package.
+    /// that of the differences, group by group and package by package, and of a jump that no group
+    /// contains.
     pub fn change(&self, base: &Self) -> Estimate {
-        let paired = |own: &[f64], other: &[f64]| -> f64 {
+        let paired = |own: &[f64], other: &[f64]| -> Vec<f64> {
             let pairs = own.iter().zip(other);
-            spread(&pairs.map(|(a, b)| a - b).collect::<Vec<_>>())
+            pairs.map(|(a, b)| a - b).collect()
         };
+        let value = self.value - base.value;
         let by_paths = paired(&self.without, &base.without);
         let by_packages = match self.without_package.len() {
             0 => 0.0,
-            _ => paired(&self.without_package, &base.without_package),
+            _ => spread(&paired(&self.without_package, &base.without_package)),
         };
-        let common = self.common_error - base.common_error;
+        let jump = jump(value, &by_paths, self.value.abs().max(base.value.abs()));
+        let common = (self.common_error - base.common_error).abs().max(jump / 3f64.sqrt());
         let hidden = self.hidden_error.hypot(base.hidden_error).hypot(common);
-        Estimate::new(self.value - base.value, by_paths.max(by_packages).hypot(hidden))
+        Estimate::new(value, spread(&by_paths).max(by_packages).hypot(hidden))
     }
 
     /// The objective with its standard error. That over packages holds the noise of their paths; where
@@ -208,6 +214,47 @@ impl Objective {
             targets,
         };
         Ok((objective, inputs))
+    }
+
+    /// The objective of `judged`, between two ends where a figure of a term is.
+    pub fn entry(&self, judged: &Evaluation) -> FigureEntry {
+        let parts = self.terms.iter().filter_map(|term| {
+            let entry = judged.figure(&term.figure)?.entry;
+            let value = term.cost(entry.value);
+            let off = |ends: [f64; 2]| {
+                // A target between the ends is met there.
+                let target = term.target.clamp(ends[0], ends[1]);
+                let at = [ends[0], target, ends[1]].map(|end| term.cost(end) - value);
+                [
+                    at.into_iter().fold(f64::INFINITY, f64::min),
+                    at.into_iter().fold(f64::NEG_INFINITY, f64::max),
+                ]
+            };
+            Some((entry.interval.map(off), term.slope() * entry.standard_error))
+        });
+        known_between(judged.estimate(), parts, &judged.without_package)
+    }
+
+    /// The objective of `after` less that of `before`, between two ends where the change of a figure of
+    /// a term is.
+    pub fn change(&self, after: &Evaluation, before: &Evaluation) -> FigureEntry {
+        let pairs = after.without_package.iter().zip(&before.without_package);
+        let by_packages: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+        let parts = self.terms.iter().filter_map(|term| {
+            let change = after.figure(&term.figure)?.change(before.figure(&term.figure)?);
+            let off = |[low, high]: [f64; 2]| {
+                let [low, high] = [low - change.value, high - change.value];
+                let [low, high] = match term.goal {
+                    Goal::Minimise => [low, high],
+                    Goal::Maximise => [-high, -low],
+                    // The side of the target may change.
+                    Goal::Target => [-high.max(-low), high.max(-low)],
+                };
+                [low * term.slope(), high * term.slope()]
+            };
+            Some((change.interval.map(off), term.slope() * change.standard_error))
+        });
+        known_between(after.change(before), parts, &by_packages)
     }
 
     /// Figures that are needed, in order of first use.
@@ -384,6 +431,35 @@ impl Objective {
             miss,
             figures,
         }
+    }
+}
+
+/// A sum of parts with the state of its parts: each has its ends, relative to its value, where it is
+/// known between them alone, and else its error.
+fn known_between(
+    sum: Estimate,
+    parts: impl Iterator<Item = (Option<[f64; 2]>, f64)>,
+    without_package: &[f64],
+) -> FigureEntry {
+    let (mut low, mut high, mut squares, mut is_open) = (sum.value, sum.value, 0.0, false);
+    for (ends, error) in parts {
+        if let Some(ends) = ends {
+            is_open = true;
+            low += ends[0];
+            high += ends[1];
+        } else {
+            squares += error * error;
+        }
+    }
+    if !without_package.is_empty() {
+        squares += spread(without_package).powi(2);
+    }
+    let reach = 2.0 * f64::sqrt(squares);
+    FigureEntry {
+        interval: is_open.then_some([low - reach, high + reach]),
+        // An objective of 0 is a value as others.
+        upper_bound: None,
+        ..FigureEntry::new(sum)
     }
 }
 

@@ -21,7 +21,7 @@ use simulate::observation::unit_in_files;
 
 use super::front::FrontDesign;
 use super::log::{Candidate, GenerationEnd};
-use super::objective::Evaluation;
+use super::objective::{Evaluation, Objective};
 use super::outcome::INFEASIBLE;
 use super::problem::Problem;
 use super::recipe::{Coefficient, Optimised, StageOutcome};
@@ -61,7 +61,7 @@ impl Optimised {
             seed,
             inputs: problem.inputs.clone(),
             files: Vec::new(),
-            objective: self.objective(),
+            objective: self.objective(&problem.objective),
             terms: problem.objective.terms(),
             figures: figures.collect::<BTreeMap<_, _>>(),
             constraints: self.constraints(problem),
@@ -72,23 +72,26 @@ impl Optimised {
         }
     }
 
-    fn objective(&self) -> ObjectiveEntry {
+    fn objective(&self, objective: &Objective) -> ObjectiveEntry {
         let selected = &self.stages[self.stages.len() - 1].result.final_candidates[0];
-        let after = self.after.estimate();
+        let entry = |judged: &Evaluation| objective.entry(judged);
         let in_search = Some(selected.search_value).filter(|value| *value < INFEASIBLE);
-        let as_in_search = self.as_in_search.estimate();
-        let change = self.before.as_ref().map(|before| self.after.change(before));
+        let as_in_search = entry(&self.as_in_search);
+        let before = self.before.as_ref();
+        let change = before.map(|before| objective.change(&self.after, before));
         ObjectiveEntry {
-            before: self.before.as_ref().map(Evaluation::estimate),
-            after,
+            before: before.map(entry),
+            after: entry(&self.after),
             change,
-            verdict: change.map(|change| Verdict::new(&FigureEntry::new(change), Some(false))),
+            verdict: change.map(|change| Verdict::new(&change, Some(false))),
             in_search,
             at_selection: selected
                 .selection_error
                 .map(|error| Estimate::new(selected.selection_value, error)),
-            bias_of_search: in_search.map(|value| {
-                Estimate::new(as_in_search.value - value, as_in_search.standard_error)
+            bias_of_search: in_search.map(|value| FigureEntry {
+                value: as_in_search.value - value,
+                interval: as_in_search.interval.map(|ends| ends.map(|end| end - value)),
+                ..as_in_search
             }),
             as_in_search,
         }
@@ -114,7 +117,7 @@ impl Optimised {
     fn front_entry(&self, problem: &Problem) -> Option<FrontEntry> {
         let names = problem.objective.pair()?;
         let pair = |judged: &Evaluation| {
-            let [first, second] = names.map(|key| judged.figure(key));
+            let [first, second] = names.map(|key| judged.figure(key).map(|figure| figure.entry));
             Some([first?, second?])
         };
         let entry = |one: &FrontDesign| {
@@ -269,14 +272,16 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
     let (listed, others) = file.listed();
     for (key, f) in listed {
         let unit = Unit::from_name(&f.unit).unwrap_or(named(key).1);
-        let before = f.before.map(|before| shown::text(&before, unit)).unwrap_or_default();
+        let is_judged = file.objective.before.is_some();
+        let absent = || if is_judged { shown::absent(key).to_owned() } else { String::new() };
+        let before = f.before.map_or_else(absent, |before| shown::text(&before, unit));
         let change = f.change.map(|change| shown::difference_between(&change, unit));
         let change = change.unwrap_or_default();
         row(key, [&before, &shown::text(&f.after, unit), &change], f.verdict);
     }
     let objective = &file.objective;
     let words = [objective.before, Some(objective.after), objective.change];
-    let words = words.map(|e| e.map(with_error).unwrap_or_default());
+    let words = words.map(|e| e.map(|e| shown::number(&e, Unit::Relative)).unwrap_or_default());
     row("objective", words.each_ref().map(String::as_str), objective.verdict);
     if let Some(others) = others {
         let _ = writeln!(text, "{others}");
@@ -296,19 +301,13 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
     {
         let changed = match objective.verdict {
             Some(Verdict::Unchanged) => "did not change".to_owned(),
-            _ => format!("changed by {}", with_error(change)),
+            _ => format!("changed by {}", shown::number(&change, Unit::Relative)),
         };
         let design = &file.design;
         let _ = writeln!(text, "not better than {design} beyond errors: the objective {changed}");
     }
-    if let (Some(value), Some(bias)) = (objective.in_search, objective.bias_of_search) {
-        let _ = writeln!(
-            text,
-            "the search's own best value was {}, {} better than by fresh paths in the same \
-             settings",
-            shortest(value),
-            with_error(bias)
-        );
+    if let (Some(value), Some(bias)) = (objective.in_search, objective.bias_in_words()) {
+        let _ = writeln!(text, "the search's own best value was {}, {bias}", shortest(value));
     }
     let runs = file.stages.last().map(StageEntry::runs);
     let runs = runs.unwrap_or_default();
@@ -323,7 +322,7 @@ fn add_front(text: &mut String, front: &FrontEntry) {
     let [first, second] = &front.figures;
     let _ = writeln!(text, "\n{:<28} {first:>28} {second:>28}", "front, verified");
     for one in &front.designs {
-        let [a, b] = [0, 1].map(|k| shown::estimate(one.figures[k], named(&front.figures[k]).1));
+        let [a, b] = [0, 1].map(|k| shown::text(&one.figures[k], named(&front.figures[k]).1));
         let _ = writeln!(text, "{:<28} {a:>28} {b:>28}", one.design);
         for missed in &one.misses {
             let _ = writeln!(text, "  misses a constraint: {missed}");

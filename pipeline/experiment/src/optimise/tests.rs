@@ -280,6 +280,43 @@ fn objectives_add_weighted_terms_and_their_replicates() {
     assert!((judged.miss - (0.8 + 2.0 * error - 0.7) / 0.8).abs() < 1e-12);
 }
 
+/// What is said of a figure is said of the objective that it makes, and of its change.
+#[test]
+fn an_objective_is_between_two_ends_where_its_figures_are() {
+    let objective = objective(
+        &[
+            "figure = \"uniformity\"\nweight = 2.0",
+            "figure = \"peak_angle_deg\"\ngoal = \"target\"\ntarget = 60.0\nscale = 5.0",
+        ],
+        &[],
+    );
+    let judged = |uniformity: Estimate, held: f64, peak: f64| {
+        let uniformity = PairedFigure {
+            entry: FigureEntry::new(uniformity),
+            without: vec![held - 0.01, held + 0.01],
+        };
+        let peak = PairedFigure::new(peak, vec![peak; 2]);
+        let figures = [("uniformity", uniformity), ("peak_angle_deg", peak)];
+        objective.of_figures(figures.map(|(key, figure)| (key.to_owned(), figure)).to_vec())
+    };
+    let resolved = judged(Estimate::new(0.7, 0.01), 0.7, 50.0);
+    assert_eq!(objective.entry(&resolved).interval, None);
+    let open = judged(Estimate::between(0.2, 0.8, 0.0), 0.5, 50.0);
+    let [low, high] = open.figures[0].1.entry.interval.expect("not resolved");
+    let found = objective.entry(&open).interval.expect("not resolved");
+    assert!((found[0] - (2.0 - 2.0 * high)).abs() < 1e-12, "{found:?} {high}");
+    assert!((found[1] - (2.0 - 2.0 * low)).abs() < 1e-12, "{found:?} {low}");
+
+    // Replicates that hold one place do not contain that the values read another.
+    let jumped = judged(Estimate::new(0.9, 0.01), 0.7, 50.0);
+    let [low, high] = objective.change(&jumped, &resolved).interval.expect("not resolved");
+    assert!(low < -0.4 && high > 0.0, "{low} {high}");
+    assert!(jumped.change(&resolved).standard_error > 0.1);
+    let moved = judged(Estimate::new(0.9, 0.01), 0.9, 45.0);
+    let change = objective.change(&moved, &resolved);
+    assert!(change.interval.is_none() && (change.value - 0.6).abs() < 1e-12, "{change:?}");
+}
+
 fn generation(number: usize) -> Generation {
     let candidate = |k: usize| Candidate {
         point: vec![0.1 * k as f64, 1.0 / 3.0],

@@ -15,7 +15,7 @@ use metrics::estimate::DISTINCT;
 use metrics::quantity::Unit;
 use metrics::{Estimate, spread};
 use results::figure_entry::FigureEntry;
-use results::paired_figure::PairedFigure;
+use results::paired_figure::{PairedFigure, jump};
 use results::shown::named;
 use results::study::{LeftOutEntry, SCHEMA_VERSION};
 use results::target::{Sought, Target, Verdict};
@@ -48,9 +48,11 @@ impl Misfit {
     pub fn above(&self, other: &Self) -> Estimate {
         let pairs = self.without.iter().zip(&other.without);
         let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
-        let common = self.common_error - other.common_error;
+        let value = self.value - other.value;
+        let jump = jump(value, &differences, self.value.max(other.value));
+        let common = (self.common_error - other.common_error).abs().max(jump / 3f64.sqrt());
         let hidden = self.hidden_error.hypot(other.hidden_error).hypot(common);
-        Estimate::new(self.value - other.value, spread(&differences).hypot(hidden))
+        Estimate::new(value, spread(&differences).hypot(hidden))
     }
 }
 
@@ -415,8 +417,10 @@ fn slope(points: &[(f64, &PairedFigure)]) -> Option<Estimate> {
         of_kind.map(|(x, f)| (x - mean) * f.hidden_error() / square)
     };
     let common: f64 = hidden(true).sum();
+    let value = of(&|f| f.entry.value);
+    let common = common.abs().max(jump(value, &without, value.abs()) / 3f64.sqrt());
     let error = hidden(false).fold(spread(&without), f64::hypot).hypot(common);
-    (square > 0.0).then(|| Estimate::new(of(&|f| f.entry.value), error))
+    (square > 0.0).then_some(Estimate::new(value, error))
 }
 
 #[cfg(test)]
@@ -454,6 +458,9 @@ mod tests {
         let ranked = |above_first| Ranked { setup: 0, misfit: estimate, above_first };
         assert!(!ranked(above).is_tied() && ranked(first.above(&first)).is_tied());
         assert!(ranked(Estimate::new(0.2, 0.1)).is_tied());
+        // A value that jumps where all replicates hold is not told by their scatter.
+        let jumped = of(&found(figure(0.83, &[0.77, 0.78, 0.76]))).expect("a target");
+        assert!(ranked(jumped.above(&first)).is_tied());
         // A peak that is a bin errs by a third of half its width, whatever the replicates say.
         let mut bin = figure(0.79, &[0.79, 0.79, 0.79]);
         bin.entry.interval = Some([0.76, 0.82]);

@@ -23,7 +23,7 @@ use super::definition::ToleranceAnalysis;
 use super::drawn_samples::{DrawnSamples, Traced};
 use crate::missing_figure::{missing_figure, shown};
 
-/// Figures by key; errors are those that other paths would show, or another place in a bin.
+/// Figures by key.
 pub type Figures = BTreeMap<String, FigureEntry>;
 
 /// Traces of an analysis by number: those without deviations first, then the samples.
@@ -148,13 +148,6 @@ fn figures(
     }
     let seen = traces.observe(&design, DomeChoice::Model(analysis.model), "", context)?;
     let wanted = |key: &str| analysis.figures.iter().any(|figure| figure == key);
-    let figures = seen.estimates(&design, wanted).into_iter().map(|figure| {
-        let entry = figure.entry;
-        let scatter = entry.estimate().scatter();
-        // A peak lies anywhere in its bin.
-        let bin = entry.interval.filter(|_| entry.is_bin());
-        let of_bin = bin.map_or(0.0, |[low, high]| (high - low) / 12f64.sqrt());
-        (figure.key.into_owned(), FigureEntry { standard_error: scatter.hypot(of_bin), ..entry })
-    });
-    Ok(figures.collect())
+    let figures = seen.estimates(&design, wanted).into_iter();
+    Ok(figures.map(|figure| (figure.key.into_owned(), figure.entry)).collect())
 }

@@ -10,11 +10,14 @@ use nalgebra::{DMatrix, DVector};
 
 use metrics::Estimate;
 
+use super::compute::NoisyValues;
+
 /// Standard normal number of a two-sided interval of 95 %.
 const Z95: f64 = 1.959_963_984_540_054;
 /// Standard normal number that 95 % of draws stay below.
 const Z95_ONE_SIDED: f64 = 1.644_853_626_951_472;
-/// A scatter is resolved where its variance is above that of pure noise by so many deviations.
+/// A scatter is resolved where the variance of the values is above what pure noise reaches as often as
+/// a normal number lies so many deviations above its mean.
 const SEEN: f64 = 2.0;
 /// Blocks of a jackknife over samples.
 const BLOCKS: usize = 40;
@@ -28,7 +31,7 @@ pub struct Scatter {
     pub deviation: Estimate,
     /// Upper bound of the deviation, at 95 % confidence, where it is not seen above the noise.
     pub below: Option<f64>,
-    /// Mean standard error of the samples' traces.
+    /// Root mean square error of the samples' traces.
     pub noise: f64,
     /// Levels and quantiles.
     pub quantiles: Vec<(f64, Estimate)>,
@@ -39,7 +42,7 @@ pub struct Scatter {
 const LEVELS: [(f64, f64); 3] = [(0.05, 1.645), (0.5, 0.0), (0.95, 1.645)];
 
 /// Mean, deviation and quantiles of `values`; none of fewer than two.
-pub fn scatter(values: &[Estimate]) -> Option<Scatter> {
+pub fn scatter(NoisyValues { values, freedoms }: &NoisyValues) -> Option<Scatter> {
     if values.len() < 2 {
         return None;
     }
@@ -57,13 +60,16 @@ pub fn scatter(values: &[Estimate]) -> Option<Scatter> {
         Estimate::new(whole[place], metrics::spread(&without))
     };
     let mut mean = estimate(0);
-    let deviation = estimate(1).sqrt();
     let (variance, noise) = (whole[1], squares / values.len() as f64);
     // Relative deviation of a variance of normal values.
-    let spread = (2.0 / (values.len() as f64 - 1.0)).sqrt();
-    let is_seen = variance > SEEN * spread * noise || noise == 0.0;
-    let mut largest = variance.max(0.0) + Z95_ONE_SIDED * spread * (variance + noise);
-    if variance + noise <= 0.0 {
+    let of_noise = freedoms.map_or(0.0, |freedoms| noise * (2.0 / freedoms).sqrt());
+    let deviation = estimate(1).with_error(of_noise).sqrt();
+    let ratio = |z: f64| variance_ratio(z, values.len() as f64 - 1.0, *freedoms);
+    let total = variance + noise;
+    let is_seen = total > noise * ratio(SEEN) || noise == 0.0;
+    // Values that happen to lie nearer than their noise bound the scatter no better.
+    let mut largest = total.max(noise) / ratio(-Z95_ONE_SIDED) - noise;
+    if total <= 0.0 {
         // All in one bin, or none seen: within half a bin, or what no path reached.
         largest = 3.0 * noise;
         mean.standard_error = (noise / values.len() as f64).sqrt();
@@ -82,6 +88,17 @@ pub fn scatter(values: &[Estimate]) -> Option<Scatter> {
         noise: noise.sqrt(),
         quantiles: quantiles.collect(),
     })
+}
+
+/// Quantile of the ratio of two variances of one normal law, of n degrees of freedom over m, at a
+/// standard normal number z (Paulson 1942); without m the second is exact.
+fn variance_ratio(z: f64, n: f64, m: Option<f64>) -> f64 {
+    let [a, b] = [2.0 / (9.0 * n), m.map_or(0.0, |m| 2.0 / (9.0 * m))];
+    // Of the cube root x of the ratio, ((1 - b) x - (1 - a)) / √(b x² + a) is a normal number.
+    let (square, product) = ((1.0 - b).powi(2) - z * z * b, (1.0 - a) * (1.0 - b));
+    let constant = (1.0 - a).powi(2) - z * z * a;
+    let root = (product * product - square * constant).max(0.0).sqrt();
+    ((product + root.copysign(z)) / square).powi(3)
 }
 
 /// Mean, variance without noise, quantiles.
@@ -278,13 +295,18 @@ mod tests {
     use super::*;
     use search::normal::Normal;
 
+    /// Values of which the errors are known exactly.
+    fn exact(values: Vec<Estimate>) -> NoisyValues {
+        NoisyValues { values, freedoms: None }
+    }
+
     #[test]
     fn noise_of_traces_is_taken_off() {
         // True deviation 0.3 about 2, noise 0.4.
         let mut random = Normal::new(1);
         let mut value = || 2.0 + 0.3 * random.normal() + 0.4 * random.normal();
         let values: Vec<Estimate> = (0..4000).map(|_| Estimate::new(value(), 0.4)).collect();
-        let found = scatter(&values).expect("two or more");
+        let found = scatter(&exact(values)).expect("two or more");
         let near = |estimate: Estimate, truth: f64| {
             assert!(
                 (estimate.value - truth).abs() < 4.0 * estimate.standard_error,
@@ -307,7 +329,7 @@ mod tests {
     fn a_scatter_below_the_noise_is_not_called_none() {
         let mut random = Normal::new(1);
         let value = |_| Estimate::new(2.0 + 0.9 * random.normal(), 1.0);
-        let found = scatter(&(0..100).map(value).collect::<Vec<_>>()).expect("many");
+        let found = scatter(&exact((0..100).map(value).collect())).expect("many");
         let deviation = found.deviation;
         assert!(deviation.value.abs() < 1e-12, "{deviation:?}");
         assert!(found.below.is_some_and(|below| below > 0.2 && below < 0.6), "{found:?}");
@@ -315,6 +337,36 @@ mod tests {
         let error = deviation.standard_error;
         assert!(error > 0.2 && error < 0.5, "{error}");
         assert!(found.quantiles[0].1.standard_error > 1.6 * error);
+    }
+
+    /// However near the values happen to lie, what could hide in the noise does.
+    #[test]
+    fn no_bound_of_the_scatter_is_far_below_the_noise() {
+        for (count, least) in [(8, 1.4), (30, 0.7), (200, 0.4)] {
+            let value = |k: usize| Estimate::new(2.0 + 1e-3 * k as f64 / count as f64, 1.0);
+            let values: Vec<Estimate> = (0..count).map(value).collect();
+            let below = |freedoms| {
+                let found = scatter(&NoisyValues { values: values.clone(), freedoms });
+                found.and_then(|found| found.below).expect("not seen")
+            };
+            let (known, repeated) = (below(None), below(Some(15.0)));
+            assert!(known > least && repeated > known, "{known} {repeated}");
+        }
+    }
+
+    #[test]
+    fn ratios_of_variances_are_those_of_the_tables() {
+        // Quantiles of F and of χ² over its degrees of freedom at 95 and 5 %.
+        for (z, n, m, expected) in [
+            (Z95_ONE_SIDED, 10.0, Some(15.0), 2.544),
+            (-Z95_ONE_SIDED, 15.0, Some(10.0), 1.0 / 2.544),
+            (Z95_ONE_SIDED, 30.0, Some(15.0), 2.247),
+            (Z95_ONE_SIDED, 10.0, None, 1.831),
+            (-Z95_ONE_SIDED, 7.0, None, 0.3096),
+        ] {
+            let found = variance_ratio(z, n, m);
+            assert!((found / expected - 1.0).abs() < 0.015, "{found} {expected}");
+        }
     }
 
     #[test]

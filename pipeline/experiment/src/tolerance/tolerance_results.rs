@@ -16,7 +16,7 @@ use results::tolerance::{
 };
 use simulate::observation::{unit_in_files, unit_of};
 
-use super::compute::Sampled;
+use super::compute::{NoisyValues, Sampled, scatter as of_paths};
 use super::definition::{Constraint, ToleranceAnalysis};
 use super::sample_tracer::Figures;
 use super::statistics::{Contribution, Scatter, contributions, scatter, share, without_noise};
@@ -112,13 +112,12 @@ impl<'a> ToleranceResults<'a> {
     /// Reason why noise decides which packages meet `constraint`, if it does.
     fn undecided(&self, constraint: &Constraint) -> Option<String> {
         let key = &constraint.figure;
-        let samples = self.sampled.samples.iter().filter_map(|s| s.figures.as_ref().ok());
-        let values: Vec<&FigureEntry> = samples.filter_map(|figures| figures.get(key)).collect();
-        let Some(figure) = self.figures.iter().find(|figure| figure.key == *key) else {
+        let found = self.figures.iter().find(|figure| figure.key == *key);
+        let Some((figure, NoisyValues { values, .. })) = found.zip(self.sampled.values(key)) else {
             return self.unread().get(key).map(|why| format!("{key} {why}"));
         };
         let Bounds { at_least, at_most } = constraint.bounds;
-        let is_near = |e: &&&FigureEntry| {
+        let is_near = |e: &&Estimate| {
             let near = |bound: f64| (e.value - bound).abs() < NEAR * e.standard_error;
             [at_least, at_most].into_iter().flatten().any(near)
         };
@@ -215,10 +214,7 @@ impl<'a> ToleranceResults<'a> {
     /// none where it has no scatter.
     fn distribution(&self) -> Option<DistributionEntry> {
         let first = self.figures.first()?;
-        let samples = self.sampled.samples.iter();
-        let values = samples.filter_map(|s| s.figures.as_ref().ok()?.get(&first.key));
-        let values = values.map(FigureEntry::estimate);
-        let (.., sorted) = without_noise(&values.collect::<Vec<_>>());
+        let (.., sorted) = without_noise(&self.sampled.values(&first.key)?.values);
         if first.scatter.below.is_some() {
             return None;
         }
@@ -333,22 +329,19 @@ fn statistics(
     key: &str,
 ) -> Option<FigureStatistics> {
     let nominal = *sampled.nominal.get(key)?;
-    let samples = sampled.samples.iter().filter_map(|s| Some((s, s.figures.as_ref().ok()?)));
-    let found: Vec<(&super::compute::SampledPackage, Estimate)> = samples
-        .map(|(sample, figures)| Some((sample, figures.get(key)?.estimate())))
-        .collect::<Option<_>>()?;
-    let values: Vec<Estimate> = found.iter().map(|(_, value)| *value).collect();
-    let mut scatter = scatter(&values)?;
+    let found = sampled.values(key)?;
+    let mut scatter = scatter(&found)?;
     let independent = |sample: &super::compute::SampledPackage| -> (Vec<usize>, Vec<f64>) {
         let columns = analysis.deviations.independent(&sample.offsets);
         let columns = columns.into_iter();
         columns.map(|offset| (offset.tolerance, offset.value)).unzip()
     };
-    let inputs: Vec<Vec<f64>> = found.iter().map(|(sample, _)| independent(sample).1).collect();
+    let built = sampled.samples.iter().filter(|sample| sample.figures.is_ok());
+    let inputs: Vec<Vec<f64>> = built.map(|sample| independent(sample).1).collect();
     let groups: Vec<usize> = independent(sampled.samples.first()?).0;
     // What is taken off holds the nominal value too, which drops out of the shift.
     let bias_error = sampled.reading_bias.get(key).map_or(0.0, |e| e.standard_error);
-    let of_nominal = (bias_error.powi(2) - nominal.standard_error.powi(2)).abs().sqrt();
+    let of_nominal = (bias_error.powi(2) - of_paths(&nominal).powi(2)).abs().sqrt();
     let shift = Estimate::new(
         scatter.mean.value - nominal.value,
         scatter.mean.standard_error.hypot(of_nominal),
@@ -369,7 +362,7 @@ fn statistics(
         key: key.to_owned(),
         nominal,
         shift,
-        contributions: contributions(&values, &inputs, &groups)
+        contributions: contributions(&found.values, &inputs, &groups)
             .filter(|_| analysis.deviations.tolerances.len() > 1 && scatter.below.is_none()),
         scatter,
     })

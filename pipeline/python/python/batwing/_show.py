@@ -214,6 +214,8 @@ def optimisation(value: Optimisation, ax: Any) -> Any:
         if figure is not None:
             style = "--" if name == "before" else "-"
             ax.axhline(figure.value, color="k", ls=style, lw=0.8, label=f"verified, {name}")
+            if figure.interval is not None:
+                ax.axhspan(*figure.interval, color="k", alpha=0.08, lw=0.0)
     ax.set(xlabel="candidates", ylabel="objective")
     ax.legend(fontsize="small")
     return ax

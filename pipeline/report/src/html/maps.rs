@@ -7,7 +7,7 @@ use metrics::figures::VALLEY_TO_PEAK;
 use serde_json::{Value, json};
 
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
-use results::package::PackageFile;
+use results::package::{MAP, PackageFile};
 
 use super::models::{Model, Plane};
 use super::pictures::Album;
@@ -87,6 +87,49 @@ impl Album {
     }
 }
 
+/// Sentences on the maps: how that of each design is averaged and smoothed, and where marks stand.
+pub fn words(models: &[Model], packages: &[Option<PackageFile>]) -> String {
+    let all = models.iter().zip(packages).map(|(model, package)| {
+        let said = package.iter().flat_map(|package| &package.simulated);
+        let said = said.clone().find(|(name, _)| name == MAP).map(|(_, words)| words.as_str());
+        let figure = model.entry.figures.get(VALLEY_TO_PEAK.key);
+        let is_marked = figure.is_some_and(|f| f.valley_at_mm.is_some() && f.peak_at_mm.is_some());
+        (model.design, said, is_marked)
+    });
+    sentences(&all.collect::<Vec<_>>())
+}
+
+/// Sentences on maps of designs, each with what is said of it and whether its marks stand.
+fn sentences(maps: &[(&str, Option<&str>, bool)]) -> String {
+    let mut said: Vec<(&str, Vec<&str>)> = Vec::new();
+    for (design, words) in maps.iter().filter_map(|(design, words, _)| Some((*design, (*words)?))) {
+        match said.iter_mut().find(|(known, _)| *known == words) {
+            Some((_, designs)) if designs.contains(&design) => {}
+            Some((_, designs)) => designs.push(design),
+            None => said.push((words, vec![design])),
+        }
+    }
+    let is_one = said.len() == 1;
+    let mut all: Vec<String> = said
+        .into_iter()
+        .map(|(words, designs)| {
+            let of = if is_one { String::new() } else { format!(" of {}", designs.join(", ")) };
+            format!("The map{of} is {words}.")
+        })
+        .collect();
+    let marked = maps.iter().filter(|(.., is_marked)| *is_marked);
+    let mut designs: Vec<&str> = marked.map(|(design, ..)| *design).collect();
+    designs.dedup();
+    let is_all = maps.iter().all(|(design, ..)| designs.contains(design));
+    if is_all && !designs.is_empty() {
+        all.push("Triangles stand where valley and peak were read.".to_owned());
+    } else if !designs.is_empty() {
+        let designs = designs.join(", ");
+        all.push(format!("Triangles stand where valley and peak of {designs} were read."));
+    }
+    all.join(" ")
+}
+
 /// Smallest positive and largest value of the maps of all models of the design of `model`.
 pub fn shared_range(model: &Model, models: &[Model], planes: &[Plane]) -> [f64; 2] {
     let all = models.iter().zip(planes);
@@ -129,4 +172,28 @@ pub(super) fn marks(model: &Model) -> Vec<Mark> {
     let valley = figure.valley_at_mm.map(|at| Mark::valley(at, figure));
     let peak = figure.peak_at_mm.map(Mark::peak);
     valley.into_iter().chain(peak).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn maps_are_said_to_be_what_their_designs_ask_for() {
+        let (averaged, plain) = (Some("averaged"), Some("not averaged"));
+        let marks = "Triangles stand where valley and peak";
+        assert_eq!(
+            sentences(&[("a", averaged, true), ("a", averaged, false)]),
+            format!("The map is averaged. {marks} were read.")
+        );
+        assert_eq!(sentences(&[("a", plain, false)]), "The map is not averaged.");
+        assert_eq!(
+            sentences(&[("a", averaged, true), ("b", plain, false)]),
+            format!(
+                "The map of a is averaged. The map of b is not averaged. {marks} of a were read."
+            )
+        );
+        // Of results of an earlier version nothing is known.
+        assert_eq!(sentences(&[("a", None, false)]), "");
+    }
 }

@@ -169,7 +169,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "script": SCRIPTS.concat(),
         "data": script_json(&data),
         "version": results.program.version,
-        "seed": results.seed,
+        "seeds": tables::seeds(&models, results.seed),
         "quick_note": note.filter(|_| results.quick),
         "models": models.iter().map(|m| [m.design.to_owned(), m.label()]).collect::<Vec<_>>(),
         "verdicts": models.iter().map(|m| verdict::verdict(m, search.as_ref())).collect::<Vec<_>>(),
@@ -206,6 +206,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "single": single,
         "provenance": tables::provenance(folder, &models),
     });
+    values["map_words"] = maps::words(&models, &packages).into();
     values["colours"] =
         json!({"tables": tables::colours(&models), "pictures": pictures_of_colours});
     Ok(Page { html: rendered(TEMPLATE, &values, folder.directory())?, tables: embedded.found })

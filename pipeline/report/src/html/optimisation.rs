@@ -5,7 +5,6 @@ use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
 use files::content_hash::sha256_hex;
-use metrics::Estimate;
 use metrics::quantity::Unit;
 use results::figure_entry::FigureEntry;
 use results::optimisation::{self, ObjectiveEntry, OptimisationFile, StageEntry, Verdict};
@@ -82,7 +81,7 @@ pub fn optimisation(
         "missed": missed(file),
         "constraints": file.constraints.iter().map(|entry| constraint(entry, named)).collect::<Vec<_>>(),
         "runs": runs(file),
-        "bias": file.objective.bias_of_search.map(with_error),
+        "bias": file.objective.bias_in_words(),
         "evaluations": file.stages.iter().map(|stage| stage.evaluations).sum::<usize>(),
         "limits": file.active_limits,
         "pictures": drawn.collect::<Vec<_>>(),
@@ -124,11 +123,14 @@ fn rows(file: &OptimisationFile, named: impl Fn(&str) -> (String, Unit)) -> Vec<
         let (name, unit) = named(key);
         let value = |entry: FigureEntry| shown::text(&entry, unit);
         let change = one.change.map(|change| shown::difference_between(&change, unit));
-        row(&name, one.before.map(value), value(one.after), change, one.verdict)
+        let is_judged = file.objective.before.is_some();
+        let absent = is_judged.then(|| shown::absent(key).to_owned());
+        row(&name, one.before.map(value).or(absent), value(one.after), change, one.verdict)
     });
     let ObjectiveEntry { before, after, change, verdict, .. } = file.objective;
-    let [before, change] = [before, change].map(|e: Option<Estimate>| e.map(with_error));
-    figures.chain([row("objective", before, with_error(after), change, verdict)]).collect()
+    let words = |objective: FigureEntry| shown::number(&objective, Unit::Relative);
+    let [before, change] = [before, change].map(|e| e.map(words));
+    figures.chain([row("objective", before, words(after), change, verdict)]).collect()
 }
 
 /// Candidates with a better objective that miss constraints, a sentence for each stage.

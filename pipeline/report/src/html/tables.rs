@@ -346,6 +346,33 @@ pub fn orders(listed: &[Listed]) -> Vec<Value> {
     designs.map(of_design).collect()
 }
 
+/// Seed of the paths of `model`, in a file of seed `of_file`.
+fn seed(model: &Model, of_file: u64) -> u64 {
+    model.entry.seed.unwrap_or(of_file)
+}
+
+/// The seed of all `models`, or each with its models.
+pub fn seeds(models: &[Model], of_file: u64) -> String {
+    let names = models.iter().map(|model| format!("{}, {}", model.design, model.label()));
+    seeds_in_words(models.iter().map(|model| seed(model, of_file)).zip(names))
+}
+
+fn seeds_in_words(models: impl Iterator<Item = (u64, String)>) -> String {
+    let mut by_seed: Vec<(u64, Vec<String>)> = Vec::new();
+    for (seed, name) in models {
+        match by_seed.iter_mut().find(|(known, _)| *known == seed) {
+            Some((_, names)) => names.push(name),
+            None => by_seed.push((seed, vec![name])),
+        }
+    }
+    let is_one = by_seed.len() == 1;
+    let each = by_seed.into_iter().map(|(seed, names)| {
+        let of = if is_one { String::new() } else { format!(" ({})", names.join("; ")) };
+        format!("{seed}{of}")
+    });
+    each.collect::<Vec<_>>().join(", ")
+}
+
 /// Version, seed, hashes.
 pub fn provenance(folder: &Folder, models: &[Model]) -> Value {
     let top = folder.results();
@@ -354,7 +381,7 @@ pub fn provenance(folder: &Folder, models: &[Model]) -> Value {
         ("computed by", format!("{} {}", top.program.name, top.program.version)),
         ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
         ("schema of results.json", top.schema_version.to_string()),
-        ("seed", top.seed.to_string()),
+        ("seed", seeds(models, top.seed)),
         ("kind of run", if top.quick { "quick" } else { "full" }.to_owned()),
     ];
     if compared {
@@ -365,6 +392,7 @@ pub fn provenance(folder: &Folder, models: &[Model]) -> Value {
             model.design,
             model.label(),
             thousands(model.entry.paths),
+            seed(model, top.seed).to_string(),
             short(model.entry.counters[SURFACES]),
         ])
     };
@@ -407,6 +435,16 @@ pub fn thousands(number: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn seeds_stand_with_their_models_where_they_differ() {
+        let words = |seeds: [u64; 3]| {
+            let names = ["a, rays", "b, rays", "b, hybrid"].map(str::to_owned);
+            seeds_in_words(seeds.into_iter().zip(names))
+        };
+        assert_eq!(words([5, 5, 5]), "5");
+        assert_eq!(words([5, 1, 5]), "5 (a, rays; b, hybrid), 1 (b, rays)");
+    }
 
     #[test]
     fn numbers_are_short_and_say_enough() {

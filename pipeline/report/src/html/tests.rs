@@ -249,6 +249,17 @@ fn a_source_is_named_for_figures_that_are_compared_with_it() {
     assert!(!html.contains("A &lt;paper&gt;") && html.contains("<dt>seed</dt>"));
 }
 
+/// A model that an earlier run computed has the seed of that run.
+#[test]
+fn every_model_has_its_own_seed() {
+    let mut fixture = Fixture::new();
+    fixture.results["designs"][NAME]["hybrid_10um"]["seed"] = 9.into();
+    fixture.store();
+    let html = fixture.page().expect("a page").html;
+    assert!(html.contains(", seed 9, quick run") && html.contains("<dt>seed</dt><dd>9</dd>"));
+    assert!(html.contains("<td>600\u{202f}000</td><td>9</td>"), "no seed beside the paths");
+}
+
 #[test]
 fn the_page_holds_what_the_folder_holds() {
     let fixture = Fixture::new();

@@ -4,12 +4,12 @@
 
 use anyhow::{Result, ensure};
 
-use metrics::Estimate;
 use metrics::quantity::Quantity;
+use results::figure_entry::FigureEntry;
 use results::shown;
 
 use super::Heading;
-use super::draw::canvas::{Canvas, Pen, Picture};
+use super::draw::canvas::{Canvas, Pen, Picture, Point};
 use super::draw::colour::Colour;
 use super::draw::palette;
 use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis};
@@ -28,8 +28,8 @@ const ROOM: f64 = 0.08;
 pub fn pareto_front(
     heading: &Heading,
     names: [&str; 2],
-    designs: &[[Estimate; 2]],
-    before: Option<[Estimate; 2]>,
+    designs: &[[FigureEntry; 2]],
+    before: Option<[FigureEntry; 2]>,
 ) -> Result<Picture> {
     ensure!(!designs.is_empty(), "a front needs at least one design");
     let colour = palette::neutral(0);
@@ -39,7 +39,7 @@ pub fn pareto_front(
         legend.push(Entry::new(diamond, "design at the beginning"));
     }
     let bar = Pen::solid(Colour::MUTED, 2.0);
-    legend.push(Entry::new(Sample::Line(bar), "±2 standard errors"));
+    legend.push(Entry::new(Sample::Line(bar), "±2 standard errors, or between two ends"));
     let mut sheet = Sheet::new(WIDTH, HEIGHT, heading, &legend);
     let axis = |number: usize, count: usize| {
         let all = designs.iter().chain(&before).map(|pair| pair[number]);
@@ -53,48 +53,56 @@ pub fn pareto_front(
     for design in designs {
         bars(canvas, &panel, design, colour);
         canvas.with_tooltip(&caption(names, design), |canvas| {
-            canvas.disk(panel.at(design[0].value, design[1].value), DOT, colour);
+            canvas.disk(at(&panel, design), DOT, colour);
         });
     }
     if let Some(before) = &before {
         bars(canvas, &panel, before, Colour::TEXT);
         canvas.with_tooltip(&caption(names, before), |canvas| {
-            let at = panel.at(before[0].value, before[1].value);
-            diamond(canvas, at, 8.5, Colour::TEXT);
+            diamond(canvas, at(&panel, before), 8.5, Colour::TEXT);
         });
     }
     panel.frame(canvas);
     Ok(sheet.finish())
 }
 
-/// The range of estimates with their error bars.
-fn scale(estimates: impl Iterator<Item = Estimate>) -> AxisScale {
-    let ends = estimates.flat_map(ends);
+/// The range of figures with their bars.
+fn scale(figures: impl Iterator<Item = FigureEntry>) -> AxisScale {
+    let ends = figures.flat_map(|figure| ends(&figure));
     let start = (f64::INFINITY, f64::NEG_INFINITY);
     let (low, high) = ends.fold(start, |(low, high), v| (low.min(v), high.max(v)));
     let room = ROOM * (high - low).max(1e-9);
     AxisScale::Linear { low: low - room, high: high + room }
 }
 
-fn ends(estimate: Estimate) -> [f64; 2] {
-    let half = BAND_ERRORS * estimate.standard_error;
-    [estimate.value - half, estimate.value + half]
+fn ends(figure: &FigureEntry) -> [f64; 2] {
+    let half = BAND_ERRORS * figure.standard_error;
+    figure.ends().unwrap_or([figure.value - half, figure.value + half])
 }
 
-fn bars(canvas: &mut Canvas, panel: &Panel, [x, y]: &[Estimate; 2], colour: Colour) {
+/// Where a figure stands: the middle of one that is known between two ends alone.
+fn middle(figure: &FigureEntry) -> f64 {
+    figure.ends().map_or(figure.value, |[low, high]| f64::midpoint(low, high))
+}
+
+fn at(panel: &Panel, [x, y]: &[FigureEntry; 2]) -> Point {
+    panel.at(middle(x), middle(y))
+}
+
+fn bars(canvas: &mut Canvas, panel: &Panel, [x, y]: &[FigureEntry; 2], colour: Colour) {
     let pen = Pen::solid(colour, 2.0);
-    let [left, right] = ends(*x).map(|x| panel.at(x, y.value));
-    let [low, high] = ends(*y).map(|y| panel.at(x.value, y));
+    let [left, right] = ends(x).map(|x| panel.at(x, middle(y)));
+    let [low, high] = ends(y).map(|y| panel.at(middle(x), y));
     canvas.line(left, right, &pen);
     canvas.line(low, high, &pen);
 }
 
 /// Names and values of both figures.
-fn caption(names: [&str; 2], design: &[Estimate; 2]) -> String {
+fn caption(names: [&str; 2], design: &[FigureEntry; 2]) -> String {
     let pairs = names.iter().zip(design);
     let each = pairs.map(|(key, e)| {
         let (name, unit) = shown::named(key);
-        format!("{name} {}", shown::estimate(*e, unit))
+        format!("{name} {}", shown::text(e, unit))
     });
     each.collect::<Vec<_>>().join(", ")
 }
@@ -104,19 +112,31 @@ mod tests {
     use super::super::draw::canvas::tests::decode;
     use super::*;
 
+    use metrics::Estimate;
+
+    /// What a figure between two ends is drawn and said as is between them.
+    #[test]
+    fn figures_between_ends_reach_from_end_to_end() {
+        let open = FigureEntry::new(Estimate::between(0.3, 0.7, 0.01));
+        let [low, high] = open.interval.expect("not resolved");
+        assert_eq!((ends(&open), middle(&open)), ([low, high], f64::midpoint(low, high)));
+        let words = caption(["uniformity", "uniformity"], &[open, open]);
+        assert!(words.contains(" to ") && !words.contains('±'), "{words}");
+    }
+
     /// Every design is a dot, where its figures are.
     #[test]
     fn every_design_is_drawn() {
         let heading = Heading::new("front", "test");
         let blue = palette::neutral(0).rgb;
-        let pixels = |designs: &[[Estimate; 2]]| {
+        let pixels = |designs: &[[FigureEntry; 2]]| {
             let picture = pareto_front(&heading, ["a", "b"], designs, None).expect("drawn");
             let picture = decode(&picture);
             let pixels = picture.pixels().iter();
             let of_dots = pixels.filter(|p| [p.red(), p.green(), p.blue()] == blue);
             of_dots.count() as f64
         };
-        let design = |x: f64, y: f64| [Estimate::new(x, 0.0), Estimate::new(y, 0.0)];
+        let design = |x: f64, y: f64| [x, y].map(|v| FigureEntry::new(Estimate::new(v, 0.0)));
         let two = pixels(&[design(0.1, 0.9), design(0.9, 0.1)]);
         let three = pixels(&[design(0.1, 0.9), design(0.5, 0.4), design(0.9, 0.1)]);
         // The legend holds one more.
