@@ -83,7 +83,7 @@ fn overlapping_packages() {
     let mut scene = array(&smooth(), 2, 3.3);
     let message = error(scene.build()).to_string();
     assert!(
-        message.contains("instances 0 and 1 are 3.3 mm apart, they need at least 3.4"),
+        message.contains("instances 1 and 2 are 3.3 mm apart, they need at least 3.4"),
         "{message}"
     );
     // Touching is allowed.

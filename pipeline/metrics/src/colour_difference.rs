@@ -9,7 +9,7 @@
 //! middle of both, half their distance bounds its bias, and the scatter is that of halves.
 
 use super::chromaticity::uv;
-use super::jackknife::picked;
+use super::halves::picked;
 use super::{Estimate, Grouped};
 
 /// Distances up to it are rounding of sums over bins, and the points of one chromaticity.

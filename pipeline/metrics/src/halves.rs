@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Halves of the groups of a trace, for many ways to halve them.
+//! Halves of the groups of a trace, for many ways to halve them, and figures that are picked by them.
 //!
 //! Way s sends group g to the half with the parity of the common bits of g and s (a Walsh code): each
 //! way from 1 halves the groups, and no two ways halve them alike. Ways that differ in their lowest
@@ -9,7 +9,8 @@
 
 use rayon::prelude::*;
 
-use super::jackknife::Grouped;
+use super::Estimate;
+use super::jackknife::{Grouped, jackknife};
 
 /// Most ways that are summed together, a power of two, and most bins of all of them.
 const TOGETHER: usize = 8;
@@ -35,6 +36,39 @@ pub(super) fn by_halves<T: Send>(
         wanted.map(|(_, halves)| read(halves)).collect::<Vec<T>>()
     };
     starts.map(of_run).collect::<Vec<_>>().into_iter().flatten().collect()
+}
+
+/// The standard error of a figure from its values in both halves of the paths, over many halvings:
+/// the root mean square of half their difference. It holds for extremes too.
+pub(super) fn half_difference(halves: impl Iterator<Item = [f64; 2]>) -> f64 {
+    let (mut squares, mut count) = (0.0, 0.0);
+    for [a, b] in halves {
+        squares += 0.25 * (a - b).powi(2);
+        count += 1.0;
+    }
+    (squares / f64::max(count, 1.0)).sqrt()
+}
+
+/// A figure that is read at a place which noise helps to choose, such as a largest bin. What all
+/// paths read at their own place lies too far out; what one half reads at the place of the other
+/// does not. The value is the middle. The scatter is that of halves that each choose their own, or
+/// the jackknife error, if that is less: halves may choose far off where all paths do not.
+pub(super) fn picked<P>(
+    observed: &Grouped,
+    pick: impl Fn(&[f64]) -> P + Sync,
+    read: impl Fn(&P, &[f64]) -> f64 + Sync,
+) -> Estimate {
+    let plain = read(&pick(observed.total()), observed.total());
+    let of_halves = |[a, b]: [Vec<f64>; 2]| {
+        let [of_a, of_b] = [pick(&a), pick(&b)];
+        let crossed = 0.5 * (read(&of_a, &b) + read(&of_b, &a));
+        (crossed, [read(&of_a, &a), read(&of_b, &b)])
+    };
+    let halves = by_halves(observed, observed.count() - 1, of_halves);
+    let (crossed, own): (Vec<f64>, Vec<[f64; 2]>) = halves.into_iter().unzip();
+    let crossed = crossed.iter().sum::<f64>() / own.len() as f64;
+    let held = jackknife(observed, |sums| read(&pick(sums), sums)).standard_error;
+    Estimate::between(plain, crossed, half_difference(own.into_iter()).min(held))
 }
 
 /// Estimates of the total from both halves, by so many ways from `start`, which is a multiple of

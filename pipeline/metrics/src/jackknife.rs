@@ -4,7 +4,6 @@
 use rayon::prelude::*;
 
 use super::Estimate;
-use super::halves::by_halves;
 
 /// Additive observations (powers in bins), one vector of equal length for each group of paths.
 #[derive(Debug, Clone, PartialEq)]
@@ -205,39 +204,6 @@ pub fn spread(left_out: &[f64]) -> f64 {
         return 0.0;
     }
     (left_out.iter().map(|v| (v - mean).powi(2)).sum::<f64>() * (n - 1.0) / n).sqrt()
-}
-
-/// The standard error of a figure from its values in both halves of the paths, over many halvings:
-/// the root mean square of half their difference. It holds for extremes too.
-pub(super) fn half_difference(halves: impl Iterator<Item = [f64; 2]>) -> f64 {
-    let (mut squares, mut count) = (0.0, 0.0);
-    for [a, b] in halves {
-        squares += 0.25 * (a - b).powi(2);
-        count += 1.0;
-    }
-    (squares / f64::max(count, 1.0)).sqrt()
-}
-
-/// A figure that is read at a place which noise helps to choose, such as a largest bin. What all
-/// paths read at their own place lies too far out; what one half reads at the place of the other
-/// does not. The value is the middle. The scatter is that of halves that each choose their own, or
-/// the jackknife error, if that is less: halves may choose far off where all paths do not.
-pub(super) fn picked<P>(
-    observed: &Grouped,
-    pick: impl Fn(&[f64]) -> P + Sync,
-    read: impl Fn(&P, &[f64]) -> f64 + Sync,
-) -> Estimate {
-    let plain = read(&pick(observed.total()), observed.total());
-    let of_halves = |[a, b]: [Vec<f64>; 2]| {
-        let [of_a, of_b] = [pick(&a), pick(&b)];
-        let crossed = 0.5 * (read(&of_a, &b) + read(&of_b, &a));
-        (crossed, [read(&of_a, &a), read(&of_b, &b)])
-    };
-    let halves = by_halves(observed, observed.count() - 1, of_halves);
-    let (crossed, own): (Vec<f64>, Vec<[f64; 2]>) = halves.into_iter().unzip();
-    let crossed = crossed.iter().sum::<f64>() / own.len() as f64;
-    let held = jackknife(observed, |sums| read(&pick(sums), sums)).standard_error;
-    Estimate::between(plain, crossed, half_difference(own.into_iter()).min(held))
 }
 
 #[cfg(test)]

@@ -28,9 +28,9 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::halves::by_halves;
+use super::halves::{by_halves, half_difference};
 use super::illuminance::{Grid, largest, smallest};
-use super::jackknife::{half_difference, spread};
+use super::jackknife::spread;
 use super::valley::{Lowest, Valley};
 use super::{Estimate, Grouped};
 

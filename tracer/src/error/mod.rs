@@ -74,13 +74,13 @@ pub enum Error {
     },
     /// Two instances share space.
     #[error(
-        "packages overlap: instances {first} and {second} are {} mm apart, they need \
-            at least {} mm", rounded(*distance_mm), rounded(*needed_mm)
+        "packages overlap: instances {} and {} are {} mm apart, they need at least {} mm",
+        first + 1, second + 1, rounded(*distance_mm), rounded(*needed_mm)
     )]
     Overlap {
-        /// Index of one instance.
+        /// Index of one instance, from 0; messages count from 1.
         first: usize,
-        /// Index of the other.
+        /// Index of the other, from 0.
         second: usize,
         /// Distance of their axes, mm.
         distance_mm: f64,
@@ -113,11 +113,11 @@ pub enum Error {
     },
     /// An array solid holds only a part of an instance.
     #[error(
-        "instance {instance} lies in {} and near {} mm in {}: expected a solid to hold all of it \
-            or nothing of it", regions[0], place(at_mm), regions[1]
+        "instance {} lies in {} and near {} mm in {}: expected a solid to hold all of it \
+            or nothing of it", instance + 1, regions[0], place(at_mm), regions[1]
     )]
     Straddles {
-        /// Index of the instance.
+        /// Index of the instance, from 0; messages count from 1.
         instance: usize,
         /// A place where it lies in something else than elsewhere, mm.
         at_mm: [f64; 3],
@@ -125,20 +125,20 @@ pub enum Error {
         regions: [String; 2],
     },
     /// An instance stands in a solid that light does not enter.
-    #[error("instance {instance} stands within '{surface}', which light does not enter")]
+    #[error("instance {} stands within '{surface}', which light does not enter", instance + 1)]
     InOpaque {
-        /// Index of the instance.
+        /// Index of the instance, from 0; messages count from 1.
         instance: usize,
         /// Name of the solid.
         surface: String,
     },
     /// A body reaches below the ground.
     #[error(
-        "instance {instance} reaches down to z = {} mm, below the ground at z = {} mm",
-        rounded(*low_mm), rounded(*ground_mm)
+        "instance {} reaches down to z = {} mm, below the ground at z = {} mm",
+        instance + 1, rounded(*low_mm), rounded(*ground_mm)
     )]
     BelowGround {
-        /// Index of the instance.
+        /// Index of the instance, from 0; messages count from 1.
         instance: usize,
         /// Lowest point, mm.
         low_mm: f64,
@@ -147,11 +147,11 @@ pub enum Error {
     },
     /// A body reaches into a solid of the world.
     #[error(
-        "instance {instance} reaches into '{surface}', which begins {} mm from its axis",
-        rounded(*away_mm)
+        "instance {} reaches into '{surface}', which begins {} mm from its axis",
+        instance + 1, rounded(*away_mm)
     )]
     IntoWall {
-        /// Index of the instance.
+        /// Index of the instance, from 0; messages count from 1.
         instance: usize,
         /// Name of the solid.
         surface: String,

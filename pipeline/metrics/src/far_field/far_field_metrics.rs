@@ -13,8 +13,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{AngularBins, BinPlacement};
 use crate::estimate::DISTINCT;
+use crate::halves::picked;
 use crate::illuminance::Symmetry;
-use crate::jackknife::{picked, spread};
+use crate::jackknife::spread;
 use crate::sampled::event;
 use crate::{Estimate, Grouped, jackknife};
 
@@ -194,6 +195,15 @@ const MAX_UNCERTAIN: f64 = 1.0 / 6.0;
 
 /// Paths of which one more is felt.
 const FEW: f64 = 10.0;
+
+/// Fewest bins between the axis and the end of a beam that is resolved, and the number from which on
+/// their width tells nothing.
+const COARSE: f64 = 4.0;
+/// Bins below which a beam may lie within the first.
+const WITHIN_ONE: f64 = 1.2;
+const FINE: f64 = 16.0;
+/// What bins twice as wide change over the error of bins, which grows with the square of their width.
+const DOUBLED: f64 = 3.0;
 
 /// Most bins that noise leaves open at the end of a beam that is resolved.
 const MAX_TIED: usize = 3;
@@ -379,14 +389,30 @@ impl FarFieldReading {
         let tied = (self.peak == PeakMethod::Bin).then(|| self.tied(&seen));
         // Bins about the axis have their first middle on it.
         let beside = peak_angle_deg.value > 1e-6 * self.read_bin_deg;
+        let coarse = Self { read_bin_deg: 2.0 * self.read_bin_deg, ..*self };
+        let wide = coarse.seen(powers.total());
+        let in_wide = coarse.peak(&wide).height;
+        let widths_deg = WIDTHS.map(|part| {
+            let in_wide = width(&wide[1..], &coarse.sphere(), part * in_wide);
+            self.by_bins(self.width(&seen, part), in_wide)
+        });
+        // What bins do to an intensity is known by what they do to the beam.
+        let beam = 0.5 * widths_deg[0].0.value / self.read_bin_deg;
+        let of_intensity = |found: Estimate, in_wide: f64| match beam {
+            beam if beam < WITHIN_ONE => Estimate::new(f64::NAN, 0.0),
+            beam if beam < COARSE => found.with_bias((in_wide - found.value).abs()),
+            _ => found.with_bias(self.bias_of_bins(beam, in_wide - found.value)),
+        };
         FarFieldFigures {
             peak_angle_deg,
             peak_angle_parabola_deg: between.map(|(angle, _)| angle),
-            centre_to_peak: self
-                .at_peak(&seen, |s, peak| over(s[0], peak))
-                .with_error(over(one_path, peak_w_per_sr.value)),
-            widths_deg: WIDTHS.map(|part| self.width(&seen, part)),
-            peak_w_per_sr,
+            centre_to_peak: of_intensity(
+                self.at_peak(&seen, |s, peak| over(s[0], peak))
+                    .with_error(over(one_path, peak_w_per_sr.value)),
+                over(wide[0], in_wide),
+            ),
+            widths_deg,
+            peak_w_per_sr: of_intensity(peak_w_per_sr, in_wide),
             centre_w_per_sr: jackknife(&seen, |s| s[0]).with_error(one_path),
             peak_place: PeakPlace::of(excess, peak_w_per_sr.value, beside),
             peak_range_deg: tied.map(|bins| bins.map(|bin| self.sphere().centre_deg(bin))),
@@ -454,6 +480,34 @@ impl FarFieldReading {
         let ends = ends.map(|bin| (2.0 * sphere.centre_deg(bin)).min(360.0));
         // As of a value anywhere between the ends.
         (Estimate::new(plain, (ends[1] - ends[0]) / 12f64.sqrt()), Some(ends))
+    }
+
+    /// A width with what bins do to it, by its value in bins twice as wide: one of a few bins lies within
+    /// a bin to both sides of each end.
+    fn by_bins(
+        &self,
+        (found, ends): (Estimate, Option<[f64; 2]>),
+        in_wide: f64,
+    ) -> (Estimate, Option<[f64; 2]>) {
+        let half = 0.5 * found.value / self.read_bin_deg;
+        if half < COARSE || (half < FINE && in_wide.is_nan()) {
+            let inner = if half < 2.0 { 0.0 } else { half - 1.0 };
+            let [inner, outer] = [inner, half + 1.0].map(|end| 2.0 * end * self.read_bin_deg);
+            let [low, high] = ends.unwrap_or([inner, outer]);
+            let ends = [low.min(inner), high.max(outer)];
+            return (Estimate::new(found.value, (ends[1] - ends[0]) / 12f64.sqrt()), Some(ends));
+        }
+        if half.is_nan() || half >= FINE || ends.is_some() {
+            return (found, ends);
+        }
+        (found.with_bias(self.bias_of_bins(half, in_wide - found.value)), None)
+    }
+
+    /// Bound of what bins do to a figure of a beam of `half` bins from the axis, which those twice as
+    /// wide change by `change`. A peak that is a bin is one of a plot.
+    fn bias_of_bins(&self, half: f64, change: f64) -> f64 {
+        let is_read = self.peak == PeakMethod::Parabola && half < FINE;
+        if is_read { change.abs() / DOUBLED } else { 0.0 }
     }
 
     /// The first and the last bin that cannot be told from the largest.

@@ -113,9 +113,7 @@ impl Reader for FarFieldReader<'_> {
         let peak_place = far.peak_place;
         let angle =
             |estimate| FigureEntry { peak_place, upper_bound: None, ..FigureEntry::new(estimate) };
-        let [beam, field] = far
-            .widths_deg
-            .map(|(width, interval)| FigureEntry { interval, ..FigureEntry::new(width) });
+        let [beam, field] = far.widths_deg.map(of_width);
         // A ratio to a peak that is noise is noise as well.
         let noise = match peak_place {
             PeakPlace::NotResolved => peak_place,
@@ -140,6 +138,12 @@ impl Reader for FarFieldReader<'_> {
             peak,
         ]
     }
+}
+
+/// A width of a beam, with the ends between which it lies where it is not resolved.
+fn of_width((width, ends): (Estimate, Option<[f64; 2]>)) -> FigureEntry {
+    let entry = FigureEntry::new(width);
+    FigureEntry { interval: ends.or(entry.interval), ..entry }
 }
 
 /// True if the lumens emitted are stated and the far field is one of lumens: of one wavelength, or
@@ -339,10 +343,14 @@ pub(super) fn figures_of(receiver: &CheckedReceiver) -> impl Iterator<Item = Def
     figures_of_bins(receiver).chain(by_angle.into_iter().flatten())
 }
 
-/// Those that are read from its bins.
+/// Those that are read from its bins: flux and mean alone of one place, which has no extremes.
 fn figures_of_bins(receiver: &CheckedReceiver) -> impl Iterator<Item = Definition> {
     let points = OF_RECEIVER.len() - BY_ANGLE.len();
-    let count = if rectangle_of_points(receiver).is_some() { points } else { points - 2 };
+    let count = match receiver.detector.places() {
+        0 | 1 => 2,
+        _ if rectangle_of_points(receiver).is_some() => points,
+        _ => points - 2,
+    };
     OF_RECEIVER.into_iter().take(count)
 }
 
@@ -485,10 +493,7 @@ impl Reader for AngleReader<'_> {
         if u.peak_w_per_sr.value <= 0.0 {
             return Vec::new();
         }
-        let widths = [u, v].map(|read| {
-            let (width, interval) = read.widths_deg[0];
-            FigureEntry { interval, ..FigureEntry::new(width) }
-        });
+        let widths = [u, v].map(|read| of_width(read.widths_deg[0]));
         [FigureEntry::new(u.centre_w_per_sr)].into_iter().chain(widths).collect()
     }
 

@@ -332,3 +332,34 @@ fn a_peak_that_noise_leaves_open_has_the_interval_of_its_bins() {
         assert!(figures.peak_angle_deg.standard_error >= (high - low) / 12f64.sqrt() - 1e-12);
     }
 }
+
+#[test]
+fn narrow_beams_hold_what_bins_do_to_them_or_are_not_resolved() {
+    // Intensity cos^n, of which 1 W leaves: (n + 1) / 2 pi at its peak.
+    let recorded = AngularBins { bin_deg: 2.0, polar: 90, azimuths: 1, ..BINS };
+    let judge = FarFieldReading { recorded, read_bin_deg: 2.0, centre_deg: 2.0, ..JUDGE };
+    for n in [20.0, 60.0, 150.0, 300.0, 600.0, 2000.0, 1e6] {
+        let inside = |deg: f64| deg.min(90.0).to_radians().cos().powf(n + 1.0);
+        let power = |ring: u32| inside(2.0 * f64::from(ring)) - inside(2.0 * f64::from(ring + 1));
+        // Noise far below what bins do.
+        let noise = |g: u32, ring: u32| 1e-4 * (f64::from((31 * g + 17 * ring) % 7) - 3.0);
+        let group = |g: u32| (0..90).map(|ring| power(ring) * (1.0 + noise(g, ring))).collect();
+        let found = judge.figures(&Grouped::new((0..16).map(group).collect()));
+        let angle = |part: f64| 2.0 * part.powf(1.0 / n).acos().to_degrees();
+        let within = |found: Estimate, ends: Option<[f64; 2]>, exact: f64| {
+            let reach = 3.0 * found.standard_error + 2e-3 * exact;
+            let plain = [found.value - reach, found.value + reach];
+            let [low, high] = ends.or(found.interval()).unwrap_or(plain);
+            assert!(low <= exact && exact <= high, "n {n}: {exact}, {low} to {high}");
+        };
+        for ((width, ends), part) in found.widths_deg.into_iter().zip(WIDTHS) {
+            within(width, ends, angle(part));
+        }
+        // Within one bin the peak is anything.
+        if n < 2000.0 {
+            within(found.peak_w_per_sr, None, 16.0 * (n + 1.0) / std::f64::consts::TAU);
+        } else {
+            assert!(found.peak_w_per_sr.value.is_nan());
+        }
+    }
+}
