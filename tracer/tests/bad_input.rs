@@ -95,7 +95,7 @@ fn overlapping_packages() {
     let id = many.prototype(smooth().prototype().unwrap());
     many.place(id, DVec3::new(-78.0 + 0.2, -118.0 + 3.3, 0.0));
     let message = error(many.build()).to_string();
-    assert!(message.contains("instances 2030 and 10000"), "{message}");
+    assert!(message.contains("instances 2031 and 10001"), "{message}");
     let id = scene.prototype(smooth().prototype().unwrap());
     scene = array(&smooth(), 2, 8.3);
     scene.place(id, DVec3::new(f64::NAN, 0.0, 0.0));

@@ -301,7 +301,7 @@ mod tests {
             // Neither the same draws nor another result.
             assert!(difference > 0.0 && difference < 4.5 * error, "{key}: {a:?} {b:?}");
         }
-        let error = |figures: &[(Cow<str>, metrics::Estimate)]| figures[1].1.standard_error;
+        let error = |figures: &[(Cow<str>, metrics::Estimate)]| figures[1].1.scatter();
         assert!(plain[1].0 == "centre_to_peak" && error(&net) < 0.6 * error(&plain));
     }
 

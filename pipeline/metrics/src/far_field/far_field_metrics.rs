@@ -409,7 +409,7 @@ impl FarFieldReading {
             centre_to_peak: of_intensity(
                 self.at_peak(&seen, |s, peak| over(s[0], peak))
                     .with_error(over(one_path, peak_w_per_sr.value)),
-                over(wide[0], in_wide),
+                over(seen.total()[0], in_wide),
             ),
             widths_deg,
             peak_w_per_sr: of_intensity(peak_w_per_sr, in_wide),
