@@ -308,7 +308,9 @@ impl Session {
             ));
         }
         let lines = if has_crlf { draft.replace('\n', "\r\n") } else { draft.clone() };
-        write_bytes(&self.path, lines.as_bytes())
+        // Of a link the file that it leads to.
+        let target = std::fs::canonicalize(&self.path);
+        write_bytes(target.as_deref().unwrap_or(&self.path), lines.as_bytes())
             .map_err(|error| Fault::new(format!("{error:#}")))?;
         self.change(|state| (state.stored, state.disk) = (draft, Disk::Known));
         Ok(())

@@ -190,3 +190,17 @@ fn without_viewers_nothing_is_traced() {
     session.end();
     assert!(session.next_job().is_none());
 }
+
+#[test]
+#[cfg(unix)]
+fn a_link_stays_and_its_file_is_saved() {
+    let (folder, session) = session();
+    let link = folder.path().join("link.toml");
+    std::os::unix::fs::symlink(session.path(), &link).expect("linked");
+    let linked = Session::open(&link).expect("a session");
+    linked.set("array.pitch_mm", Some(&json!(6)), false).expect("set");
+    linked.save(false).expect("saved");
+    assert!(link.symlink_metadata().expect("there").is_symlink());
+    let saved = std::fs::read_to_string(session.path()).expect("read");
+    assert!(saved.contains("pitch_mm = 6.0"), "{saved}");
+}
