@@ -460,13 +460,19 @@ impl LevelEstimates {
     }
 
     /// The error of a figure by the noise of one place at its lowest and one at its highest value, as of
-    /// counts. What was counted there is few where noise chose the place: half of the level is the mean's.
+    /// counts. Variance over level is that of the place, which on an axis of symmetry is larger than
+    /// elsewhere; where few paths told it, that of the map.
     fn noise_of_places(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> f64 {
         let levels = self.crossed[region];
-        let noise =
-            |level: f64| (0.5 * (level + levels.mean) * self.one_more[region]).max(0.0).sqrt();
-        let lower = Levels { low: levels.low + noise(levels.low), ..levels };
-        let higher = Levels { high: levels.high + noise(levels.high), ..levels };
+        let noise = |read: fn(&Levels) -> f64| {
+            let of_map = self.one_more[region];
+            let (level, held) = (read(&self.plain[region]), self.left_out(region, read));
+            let few = FEW_OF_PLACE * of_map;
+            let one_path = (held * held + few * of_map) / (level + few);
+            ((read(&levels) + one_path) * one_path).max(0.0).sqrt()
+        };
+        let lower = Levels { low: levels.low + noise(|of| of.low), ..levels };
+        let higher = Levels { high: levels.high + noise(|of| of.high), ..levels };
         let [lower, higher] = [lower, higher].map(|moved| figure(&moved) - figure(&levels));
         lower.hypot(higher)
     }
@@ -515,6 +521,9 @@ const MAX_SEGMENTS_READ: usize = 32_768;
 const MIN_HALVINGS: usize = 8;
 /// Paths at the smallest place that bound it together with two standard errors, where one decides.
 const FEW_PATHS: f64 = 1.5;
+
+/// Paths at one place that say as much about its noise as the whole map.
+const FEW_OF_PLACE: f64 = 4.0;
 
 /// Power of one path in a bin of `map`, in its unit: the variance of all bins over their sum, as of
 /// counts. Every 16th bin of large maps is looked at.
