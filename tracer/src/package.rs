@@ -135,7 +135,8 @@ impl Package {
         let interior = Interior {
             rim: cap.rim,
             foot,
-            size: cap.radius,
+            // The sphere of a flat dome is far larger than the package.
+            size: cap.rim.max(cap.apex),
             silicone: self.silicone.clone(),
             side: self.side.clone(),
             bottom: self.bottom.clone(),

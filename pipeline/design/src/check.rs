@@ -5,6 +5,7 @@
 use std::fmt::Display;
 
 use glam::DVec3;
+use metrics::digits::readable;
 
 use super::error::ConfigError;
 
@@ -33,7 +34,7 @@ impl Context<'_> {
         ConfigError::Value {
             file: self.file.to_owned(),
             key: key.to_owned(),
-            got: got.to_string(),
+            got: readable(&got.to_string()),
             expected: expected.to_owned(),
         }
     }

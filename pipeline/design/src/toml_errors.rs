@@ -167,6 +167,7 @@ fn in_syntax(said: &str, text: &str, span: Range<usize>) -> String {
     let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
     let expected = match &*said {
         "duplicate key" => "expected each key once".to_owned(),
+        "wanted string or table" => "expected a text".to_owned(),
         // A type that states what it expects, and nothing else.
         _ if said.starts_with("a ") => format!("expected {said}"),
         _ if said.contains("expected") => said,

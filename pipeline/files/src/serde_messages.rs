@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! serde's complaints in the words of all other messages: key, expected, got.
 
+use metrics::digits::readable;
+
 /// A complaint in plain words.
 #[derive(Debug, PartialEq, Eq)]
 pub struct PlainWords {
@@ -73,5 +75,5 @@ fn plain_value(said: &str, table: &str) -> String {
     }
     let kinds = ["integer ", "floating point ", "boolean ", "string ", "unit value "];
     let value = kinds.iter().find_map(|kind| said.strip_prefix(kind));
-    value.unwrap_or(said).replace('`', "")
+    readable(&value.unwrap_or(said).replace('`', ""))
 }

@@ -72,7 +72,7 @@ impl Bins {
         // Half of the paths may show no light where all do.
         let of_lit = |levels: &Levels| uniformity::ratio(levels.low, levels.high);
         let ratios = (0..self.regions.len()).map(|region| {
-            if flux > 0.0 { levels.estimate(region, of_lit) } else { Estimate::new(f64::NAN, 0.0) }
+            if flux > 0.0 { levels.share(region, of_lit) } else { Estimate::new(f64::NAN, 0.0) }
         });
         all.into_iter().chain(ratios).collect()
     }
@@ -115,6 +115,12 @@ mod tests {
             assert!((found.value - expected).abs() < 1e-12, "{found:?} {expected}");
             assert!(found.standard_error < 1e-12, "{found:?}");
         }
+        // Nine points that no path has reached beside a bin that some have.
+        let mut corner = vec![0.0; 144];
+        corner[0] = 1.0;
+        let points = Bins::new(&[1.0; 144]).with_points([12; 2], &Layout::of_places(vec![]), None);
+        let ends = points.estimates(&grouped(&corner, 0.0))[5].interval().expect("open");
+        assert!(ends[0] <= 0.0 && ends[1] >= 1.0, "{ends:?}");
         let dark = bins.values(&[0.0; 3]);
         assert!(dark[4].is_nan() && dark[..4].iter().all(|v| *v == 0.0), "{dark:?}");
     }

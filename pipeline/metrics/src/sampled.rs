@@ -380,6 +380,8 @@ pub(crate) struct LevelEstimates {
     is_of_places: Vec<bool>,
     /// Change of the lowest value by one path more.
     one_more: Vec<f64>,
+    /// Samples of each region.
+    samples: Vec<usize>,
 }
 
 impl LevelEstimates {
@@ -402,7 +404,17 @@ impl LevelEstimates {
         let one_more = picks.iter().map(|picks| event * picks.low.concentration()).collect();
         let is_fitted = regions.iter().map(Sampled::is_fitted).collect();
         let is_of_places = regions.iter().map(Sampled::is_of_places).collect();
-        Self { plain, crossed, halves, without, is_fitted, is_of_places, one_more }
+        let samples = regions.iter().map(|region| region.areas.len()).collect();
+        Self { plain, crossed, halves, without, is_fitted, is_of_places, one_more, samples }
+    }
+
+    /// The `figure` of levels of a region, which is a share of its highest value or of its mean. Where
+    /// no path has arrived it lies anywhere between 0 and 1.
+    pub fn share(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> Estimate {
+        if self.plain[region].high <= 0.0 || self.plain[region].mean <= 0.0 {
+            return Estimate::between(0.0, 1.0, 0.0);
+        }
+        self.estimate(region, figure)
     }
 
     /// The `figure` of levels of a region.
@@ -450,6 +462,10 @@ impl LevelEstimates {
             0.0 => 0.0,
             mean => levels.variance / (mean * mean),
         };
+        if self.plain[region].mean <= 0.0 {
+            // That of one bright sample among dark ones is the largest.
+            return Estimate::between(0.0, (self.samples[region] as f64 - 1.0).sqrt(), 0.0);
+        }
         let scatter = self.left_out(region, squared);
         Estimate::new(squared(&self.crossed[region]), scatter).mapped(f64::sqrt)
     }

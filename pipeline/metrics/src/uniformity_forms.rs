@@ -179,10 +179,12 @@ impl Regions {
         self.each(|k, form| match form {
             Form::Variation => levels.variation(k),
             Form::Logarithmic => {
-                let ratio = levels.estimate(k, |levels| ratio(levels.low, levels.high));
+                let ratio = levels.share(k, |levels| ratio(levels.low, levels.high));
                 ratio.mapped(|ratio| logarithmic(ratio, self.full_scale))
             }
-            _ => levels.estimate(k, |levels| figure(levels, form, self.full_scale)),
+            Form::ValleyToPeak | Form::MinToMean => {
+                levels.share(k, |levels| figure(levels, form, self.full_scale))
+            }
         })
     }
 

@@ -288,6 +288,9 @@ impl ModelResult {
         let shown = |figure: &Figure| {
             let FigureEntry { wavelength_error, peak_place, .. } = figure.entry;
             let error = wavelength_error.filter(|_| peak_place.is_off_axis())?;
+            if !shown::is_change(&figure.entry, error, figure.unit) {
+                return None;
+            }
             Some(format!("{} {}", figure.label, shown::difference(error, figure.unit)))
         };
         let errors: Vec<String> = self.figures.iter().filter_map(shown).collect();

@@ -61,12 +61,13 @@ pub fn absent(key: &str) -> &'static str {
 /// Words in place of value and error, in the unit shown; `None` where the figure is resolved.
 pub fn in_words(entry: &FigureEntry, unit: Unit) -> Option<String> {
     let (scale, _) = shown_unit(unit);
+    let whole = whole(entry.value * scale, unit);
     if let Some(words) = entry.peak_place.words() {
         return Some(words.to_owned());
     }
     if let Some([low, high]) = entry.interval {
         let [low, high] = [low * scale, high * scale];
-        if low < high {
+        if high - low > ROUNDING * whole {
             let step = 10f64.powi((high - low).log10().floor() as i32 - 1);
             let (low, high) = (rounded(low, step, f64::floor), rounded(high, step, f64::ceil));
             return Some(format!("{} to {}", shortest(low), shortest(high)));
@@ -80,12 +81,23 @@ pub fn number(entry: &FigureEntry, unit: Unit) -> String {
     in_words(entry, unit).unwrap_or_else(|| {
         let (scale, _) = shown_unit(unit);
         let (value, error) = (entry.value * scale, shown_error(entry) * scale);
-        let whole = if unit == Unit::Fraction { scale } else { value.abs() };
-        if error <= ROUNDING * whole {
+        if error <= ROUNDING * whole(value, unit) {
             return shortest(value);
         }
         format_value_with_error(value, error)
     })
+}
+
+/// What rounding of a value in the unit shown is compared with.
+fn whole(value: f64, unit: Unit) -> f64 {
+    if unit == Unit::Fraction { shown_unit(unit).0 } else { value.abs() }
+}
+
+/// True of a change of a figure that is above rounding.
+pub fn is_change(entry: &FigureEntry, change: Estimate, unit: Unit) -> bool {
+    let (scale, _) = shown_unit(unit);
+    let size = change.value.abs().max(change.standard_error) * scale;
+    size > ROUNDING * whole(entry.value * scale, unit)
 }
 
 /// A value with its error. An error that is rounding is left out.
@@ -239,6 +251,22 @@ mod tests {
         ] {
             assert_eq!(named(key), (name.to_owned(), unit), "{key}");
         }
+    }
+
+    #[test]
+    fn ends_and_changes_of_rounding_size_are_no_interval_and_no_change() {
+        let exact = FigureEntry::new(Estimate::new(0.4348, 0.0));
+        for (ends, words) in [
+            ([0.4348, 0.4348 + 1e-16], "43.48"),
+            ([0.4348, 0.4348 + 1e-13], "43.48"),
+            ([0.43, 0.44], "43 to 44"),
+        ] {
+            let entry = FigureEntry { interval: Some(ends), ..exact };
+            assert_eq!(number(&entry, Unit::Fraction), words);
+        }
+        let changes = [(0.0, 1.7e-15), (1e-3, 0.0), (0.0, 2e-4)];
+        let changed = changes.map(|(a, b)| is_change(&exact, Estimate::new(a, b), Unit::Fraction));
+        assert_eq!(changed, [false, true, true]);
     }
 
     #[test]

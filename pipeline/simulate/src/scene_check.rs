@@ -227,6 +227,12 @@ fn ways_out(design: &Design, [first, second]: [&str; 2], (depth_mm, axis): (f64,
         );
     }
     let is_solid = |name: &str| design.solids.iter().any(|solid| solid.name() == name);
+    let is_film =
+        |name: &str| design.solids.iter().any(|solid| solid.is_film() && solid.name() == name);
+    if let Some(film) = names.into_iter().find(|name| is_film(name)) {
+        let other = if film == first { second } else { first };
+        return format!("move {film:?} by {} mm along {axis}, or {other:?}", shortest(depth_mm));
+    }
     if names.into_iter().all(is_solid) {
         return format!(
             "move {first:?} {move_by}, or {second:?}; or name one under optical_contact of the other, which it displaces"

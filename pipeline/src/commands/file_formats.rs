@@ -98,22 +98,22 @@ pub(super) fn not_over(input: &Path, out: &Path, format: FileFormat) -> Result<(
 }
 
 /// Resolution of tables on direction cells.
-#[derive(Debug, Clone, Copy, Args)]
+#[derive(Debug, Clone, Copy, PartialEq, Args)]
 pub struct CellSteps {
     /// Step of the polar angle of incidence, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 10.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", default_value_t = Self::default().incidence_step, allow_negative_numbers = true)]
     pub incidence_step: f64,
     /// Step of the azimuth of incidence, degrees
-    #[arg(long, value_name = "DEG", default_value_t = 30.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", default_value_t = Self::default().azimuth_step, allow_negative_numbers = true)]
     pub azimuth_step: f64,
     /// Step of the angles of scatter, degrees: the width over which orders are spread
-    #[arg(long, value_name = "DEG", default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", default_value_t = Self::default().scatter_step, allow_negative_numbers = true)]
     pub scatter_step: f64,
     /// Cells of a tensor tree along each coordinate: 2 to this power
     #[arg(
         long,
         value_name = "N",
-        default_value_t = 5,
+        default_value_t = Self::default().tree_log2,
         allow_negative_numbers = true,
         value_parser = whole(1..=7_u32)
     )]
@@ -122,11 +122,23 @@ pub struct CellSteps {
     #[arg(
         long,
         value_name = "N",
-        default_value_t = 64,
+        default_value_t = Self::default().samples,
         allow_negative_numbers = true,
         value_parser = whole(1..=1024_u16)
     )]
     pub samples: u16,
+}
+
+impl Default for CellSteps {
+    fn default() -> Self {
+        Self {
+            incidence_step: 10.0,
+            azimuth_step: 30.0,
+            scatter_step: 1.0,
+            tree_log2: 5,
+            samples: 64,
+        }
+    }
 }
 
 impl CellSteps {

@@ -23,6 +23,11 @@ use super::outputs::file_writable;
 /// Allowed refractive indices.
 const INDICES: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 
+/// Refractive index where none is given.
+const INDEX: f64 = 1.0;
+/// Side of the light where none is given.
+const FROM: IncidentSide = IncidentSide::Outer;
+
 /// `batwing import`.
 #[derive(Debug, Args)]
 pub struct ImportArgs {
@@ -44,16 +49,16 @@ pub struct ImportArgs {
     #[command(flatten)]
     pub steps: CellSteps,
     /// Refractive index on the inner side, for scattering tables
-    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = INDEX, allow_negative_numbers = true)]
     pub index_inner: f64,
     /// Refractive index on the outer side, for scattering tables
-    #[arg(long, value_name = "N", default_value_t = 1.0, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = INDEX, allow_negative_numbers = true)]
     pub index_outer: f64,
     /// Set of lamps of an EULUMDAT file, from 1 [default: 1]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=10_000_usize))]
     pub lamp_set: Option<usize>,
     /// Side that the light of a Zemax or Speos file comes from
-    #[arg(long, value_enum, default_value = "outer")]
+    #[arg(long, value_enum, default_value_t = FROM)]
     pub from: IncidentSide,
 }
 
@@ -86,6 +91,14 @@ pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
     ensure!(
         arguments.rays.is_none() || matches!(content, Content::Rays(_)),
         "--rays: expected a file of rays, got {}",
+        content.format()
+    );
+    let options_of_tables = (arguments.steps, [arguments.index_inner, arguments.index_outer]);
+    let is_table = matches!(content, Content::Orders(_) | Content::Scatter(_));
+    ensure!(
+        is_table || options_of_tables == (CellSteps::default(), [INDEX; 2]) && arguments.from == FROM,
+        "--incidence-step, --azimuth-step, --scatter-step, --tree-log2, --samples, --index-inner, \
+            --index-outer, --from: expected a file of tables, got {}",
         content.format()
     );
     if let Some((out, format)) = format {

@@ -23,7 +23,8 @@ use super::reflector::Reflector;
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::schema::is_default;
-use crate::schema::solids::{Contacts, Per, Solid, SolidScatter};
+use crate::schema::solids::{Contacts, Per, Solid, SolidForm, SolidScatter};
+use crate::serde_arrays::List;
 
 /// Faces of a film, with the patches of a box that they are.
 pub(crate) const BOX_FACES: [(&str, usize); 2] = [("top", 1), ("bottom", 2)];
@@ -157,8 +158,19 @@ impl CheckedSolid {
 
     /// The key that says where it stands, and what stands there.
     pub fn place(&self) -> (String, String) {
-        let key = if self.is_film() { "z_mm" } else { "position_mm" };
-        (format!("{}.{key}", self.table), self.stated.place())
+        match self.lower_face_mm() {
+            Some(z_mm) => (format!("{}.z_mm", self.table), z_mm.to_string()),
+            None => (format!("{}.position_mm", self.table), self.stated.place()),
+        }
+    }
+
+    /// Height of the lower face of a film, which its design states.
+    fn lower_face_mm(&self) -> Option<f64> {
+        let SolidForm::Box(flat) = &self.stated.kind else { return None };
+        let List([_, _, middle_mm]) = self.stated.shared.position_mm;
+        let low_mm = middle_mm - 0.5 * flat.size_mm.0[2];
+        // Without the rounding of the difference.
+        self.is_film().then(|| (low_mm * 1e9).round() / 1e9)
     }
 
     /// The key that says how large it is, and what stands there.

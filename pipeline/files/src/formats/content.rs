@@ -370,6 +370,7 @@ impl FarField {
     fn describe(&self) -> Result<(Value, Vec<String>)> {
         let table = (self.distribution)()?;
         let Photometry { lumens, absolute, watts } = self.photometry;
+        let watts = Some(watts).filter(|watts| *watts > 0.0);
         let (polar, azimuths) = (table.thetas_deg().len(), table.phis_deg().len());
         let flux = table.flux();
         let kind = if absolute { "absolute" } else { "relative" };
@@ -379,7 +380,10 @@ impl FarField {
                 count(polar, "polar angle"),
                 count(azimuths, "plane")
             ),
-            format!("flux {flux:.4} lm, power {watts} W"),
+            match watts {
+                Some(watts) => format!("flux {flux:.4} lm, power {watts} W"),
+                None => format!("flux {flux:.4} lm, power not stated"),
+            },
         ];
         let mut value = json!({"photometry": kind, "polar_angles": polar, "planes": azimuths, "flux_lm": flux, "power_w": watts});
         if !absolute {

@@ -343,6 +343,12 @@ impl<'a> CrossingSearch<'a> {
             let both = solid(met.surface) && solid(other) && !std::ptr::eq(other, met.surface);
             both.then(|| overlap::depth(&met.surface.shape, &other.shape)).flatten()
         };
+        // What another body displaces is open there, and has the box around it.
+        let of_boxes = |other: &CompiledSurface| {
+            let differ = |s: &CompiledSurface| s.regions[0] != s.regions[1];
+            let both = differ(met.surface) && differ(other) && !std::ptr::eq(other, met.surface);
+            both.then(|| overlap::depth_of_boxes(&met.surface.shape, &other.shape)).flatten()
+        };
         let (mut other, mut depth_mm) = (told, told.and_then(|(surface, _)| depth(surface)));
         // The line may have passed through a solid that the one met does not overlap.
         if depth_mm.is_none() && told.is_none_or(|(surface, _)| solid(surface)) {
@@ -352,6 +358,7 @@ impl<'a> CrossingSearch<'a> {
                 (other, depth_mm) = (Some((surface, 0)), Some(deepest));
             }
         }
+        let depth_mm = depth_mm.or_else(|| other.and_then(|(surface, _)| of_boxes(surface)));
         Error::Crossing {
             first: name(met.surface, met.patch),
             second: other.map_or_else(|| self.space.name(region), |(s, patch)| name(s, patch)),

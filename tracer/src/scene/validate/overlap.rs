@@ -28,9 +28,29 @@ pub(super) fn depth(a: &Shape, b: &Shape) -> Option<(f64, &'static str)> {
         let whole = points(from, &from.bounds(), &mut rng);
         inside && whole.iter().any(|at| !into.holds(*at))
     });
+    shortest_way(&one, &two).filter(|(depth, _)| (is_cut[0] || is_cut[1]) && *depth > least)
+}
+
+/// The same of the boxes around two bodies, of which one may be open where another displaces it;
+/// `None` where they do not overlap, or one box holds the other.
+pub(super) fn depth_of_boxes(a: &Shape, b: &Shape) -> Option<(f64, &'static str)> {
+    let is_body =
+        |shape: &&Shape| matches!(shape, Shape::Cuboid(_) | Shape::Mesh(_) | Shape::Placed(_));
+    let [one, two] = [a, b].map(|shape| Some(shape).filter(is_body).map(Shape::bounds));
+    let (one, two) = (one?, two?);
+    let holds = |a: &Bounds, b: &Bounds| a.low.cmple(b.low).all() && a.high.cmpge(b.high).all();
+    if !one.is_finite() || !two.is_finite() || holds(&one, &two) || holds(&two, &one) {
+        return None;
+    }
+    let least = LEAST * one.union(two).size().max_element();
+    shortest_way(&one, &two).filter(|(depth, _)| *depth > least)
+}
+
+/// Shortest way along x, y or z by which one of two boxes leaves the other; negative where they are
+/// apart.
+fn shortest_way(one: &Bounds, two: &Bounds) -> Option<(f64, &'static str)> {
     let ways = (one.high - two.low).min(two.high - one.low).to_array().into_iter();
-    let shortest = ways.zip(["x", "y", "z"]).min_by(|a, b| a.0.total_cmp(&b.0));
-    shortest.filter(|(depth, _)| (is_cut[0] || is_cut[1]) && *depth > least)
+    ways.zip(["x", "y", "z"]).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// Points of the surface of `shape` on lines through `within`.
