@@ -360,3 +360,48 @@ fn exponents_make_whole_numbers_and_check_reads_every_kind_of_file() {
         assert!(refused.contains("file.toml") && refused.contains("none.toml"), "{refused}");
     }
 }
+
+#[test]
+fn a_film_that_cuts_a_cup_says_by_how_much() {
+    let folder = with_files(&["encapsulant-beside-cup.toml", "cup.stl"]);
+    let at = folder.path();
+    let cup = text(at, "encapsulant-beside-cup.toml");
+    let (from, to) = (cup.find("[housing]").expect("a key"), cup.find("[light.").expect("a key"));
+    let film = "[[films]]\nname = \"plate\"\nthickness_mm = 1.0\nmedium = { index = 1.5 }\n";
+    // The cup is 0.7 mm high.
+    for (low_mm, deep_mm) in [("0.5", "0.2"), ("0.3", "0.4")] {
+        let design = format!("{}{}\n{film}z_mm = {low_mm}\n", &cup[..from], &cup[to..]);
+        std::fs::write(at.join("film.toml"), design).expect("written");
+        let said = refused(at, &["check", "film.toml"]);
+        for words in [
+            format!("film.toml: films[1].z_mm = {low_mm}: expected a place where the solid cuts"),
+            format!("they overlap by up to {deep_mm} mm along z"),
+            format!("move \"plate\" by {deep_mm} mm along z, or \"cup\""),
+        ] {
+            assert!(said.contains(&words), "{words}: {said}");
+        }
+    }
+}
+
+#[test]
+fn domes_that_are_nearly_flat_are_traced() {
+    let folder = with_files(&["dome.toml"]);
+    let at = folder.path();
+    let up = |radius: &str| {
+        let design = text(at, "dome.toml").replace("sphere_radius_mm = 1.6", radius);
+        assert!(design.contains(radius), "{design}");
+        let results = run_text(at, "flat", &design, "out", &["--paths", "50000"]).expect("runs");
+        let model = model(&results, "dome");
+        for (name, lost) in model["power_ledger"].as_object().expect("accounts") {
+            assert!(!name.starts_with("lost") || lost["value"] == 0.0, "{radius}: {name} {lost}");
+        }
+        account(&model, "escaped_up")
+    };
+    // A cap of 2.8 mm on a sphere of 500 mm is 2 um high: all are planes to the eye of the light.
+    let (reference, error) = up("sphere_radius_mm = 500.0");
+    for radius in ["sphere_radius_mm = 1000.0", "sphere_radius_mm = 10000.0"] {
+        let (value, other) = up(radius);
+        let off = (value - reference).abs();
+        assert!(off < 4.0 * error.hypot(other) + 1e-3, "{radius}: {value} {reference}");
+    }
+}

@@ -97,6 +97,17 @@ fn rays_as_text_for_zemax_are_read() {
 }
 
 #[test]
+fn options_of_tables_are_refused_for_rays() {
+    let folder = findings(&[ZEMAX]);
+    for option in [["--samples", "5"], ["--index-inner", "1.4"], ["--from", "inner"]] {
+        let arguments = ["import", ZEMAX, "--out", "a.dat"];
+        let words = "expected a file of tables, got Zemax text ray file";
+        refused(folder.path(), &[&arguments[..], &option].concat(), words);
+        assert!(!folder.path().join("a.dat").exists());
+    }
+}
+
+#[test]
 fn damaged_text_rays_are_refused_by_their_line() {
     let folder = findings(&LIGHTTOOLS);
     let good = std::fs::read_to_string(folder.path().join(LIGHTTOOLS[2])).expect("text");

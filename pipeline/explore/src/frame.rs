@@ -5,7 +5,6 @@ use serde_json::{Value, json};
 
 use metrics::digits::thousands;
 use metrics::extraction::is_end;
-use metrics::figure_meanings::meaning;
 use metrics::figures::{
     self, CENTRE_TO_PEAK, COLOURS_OF_RECEIVER, EXTRACTION, FLUX_UP, OF_RECEIVER, PEAK_ANGLE,
     UNIFORMITY,
@@ -117,7 +116,7 @@ impl Parts<'_> {
             json!({
                 "key": key,
                 "label": label,
-                "meaning": meaning(&key),
+                "meaning": figures::find(&key).map(|figure| figure.words()),
                 "value": entry.value,
                 "standard_error": entry.standard_error,
                 "text": shown::text(&entry, unit),

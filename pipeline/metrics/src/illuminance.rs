@@ -167,28 +167,26 @@ fn convolved(map: &[f64], grid: Grid, kernel: &[f64]) -> Vec<f64> {
         return map.to_vec();
     }
     let columns = grid.columns;
-    let mut rows = vec![0.0; map.len()];
-    let weights = weights(kernel, columns);
-    for (line, source) in rows.chunks_exact_mut(columns).zip(map.chunks_exact(columns)) {
+    let mut line = vec![0.0; columns];
+    let mut rows = Vec::with_capacity(map.len());
+    let in_row = weights(kernel, columns);
+    for source in map.chunks_exact(columns) {
+        line.fill(0.0);
         for (offset, weight) in offsets(kernel) {
             let (to, from) = overlap(columns, offset);
             add(&mut line[to], &source[from], weight);
         }
-        for (value, weight) in line.iter_mut().zip(&weights) {
-            *value /= weight;
-        }
+        rows.extend(line.iter().zip(&in_row).map(|(value, weight)| value / weight));
     }
-    let mut both = vec![0.0; map.len()];
-    for (offset, weight) in offsets(kernel) {
-        let (to, from) = overlap(grid.rows, offset);
-        let whole = |lines: Range<usize>| lines.start * columns..lines.end * columns;
-        add(&mut both[whole(to)], &rows[whole(from)], weight);
-    }
-    let weights = self::weights(kernel, grid.rows);
-    for (line, weight) in both.chunks_exact_mut(columns).zip(&weights) {
-        for value in line {
-            *value /= weight;
+    let mut both = Vec::with_capacity(map.len());
+    for (row, whole) in weights(kernel, grid.rows).into_iter().enumerate() {
+        line.fill(0.0);
+        for (offset, weight) in offsets(kernel) {
+            if let Some(from) = row.checked_add_signed(offset).filter(|from| *from < grid.rows) {
+                add(&mut line, &rows[from * columns..][..columns], weight);
+            }
         }
+        both.extend(line.iter().map(|value| value / whole));
     }
     both
 }

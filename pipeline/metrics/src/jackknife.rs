@@ -19,8 +19,9 @@ impl Grouped {
     /// With fewer than two groups or unequal lengths.
     pub fn new(groups: Vec<Vec<f64>>) -> Self {
         assert!(groups.len() >= 2, "a jackknife needs two groups");
-        let mut total = vec![0.0; groups[0].len()];
-        for group in &groups {
+        // New memory is written before it is read: read first, each of its pages would be mapped twice.
+        let mut total: Vec<f64> = groups[0].iter().map(|value| 0.0 + value).collect();
+        for group in &groups[1..] {
             assert_eq!(group.len(), total.len(), "groups of unequal length");
             for (sum, value) in total.iter_mut().zip(group) {
                 *sum += value;

@@ -19,7 +19,7 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`figures`], [`figure_meanings`] | registry: key, label, unit, comparison, meaning of every figure |
+//! | [`figures`] | registry: key, label, unit, comparison, meaning of every figure |
 //! | [`far_field`] | intensity over angle, peak angle, centre/peak |
 //! | [`illuminance`], [`layout`] | maps on the plane, places of the LEDs |
 //! | [`uniformity`], [`uniformity_forms`], [`valley`] | uniformity in all forms, minimum of a noisy map |
@@ -46,7 +46,6 @@ pub mod dimming;
 pub mod estimate;
 pub mod extraction;
 pub mod far_field;
-pub mod figure_meanings;
 pub mod figures;
 mod halves;
 pub mod hits;

@@ -78,6 +78,29 @@ pub struct RegionForm {
     pub label: &'static str,
 }
 
+impl RegionForm {
+    /// Meaning in a sentence.
+    pub(crate) fn meaning(self) -> String {
+        let form = match self.form {
+            Form::ValleyToPeak => "Smallest over largest illuminance",
+            Form::MinToMean => "Smallest over mean illuminance (U0 of EN 12464-1)",
+            Form::Variation => "Standard deviation over mean of the illuminance",
+            Form::Logarithmic => "Smallest over largest illuminance on a logarithmic scale",
+        };
+        let region = match self.region {
+            Region::Segment => "the straight lines between LEDs next to each other",
+            Region::Diagonal => "the diagonals of four LEDs",
+            Region::Cell => "the rectangle between the outermost LEDs",
+            Region::NinePoints => "nine points of the rectangle between the outermost LEDs",
+            Region::ThirteenPoints => "thirteen points of the rectangle between the outermost LEDs",
+            Region::Area => "the area that the design states",
+            Region::AreaNinePoints => "nine points of the area that the design states",
+            Region::AreaThirteenPoints => "thirteen points of the area that the design states",
+        };
+        format!("{form} on {region}.")
+    }
+}
+
 const fn form(region: Region, form: Form, key: &'static str, label: &'static str) -> RegionForm {
     RegionForm { region, form, key, label }
 }

@@ -96,7 +96,8 @@ pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
     let options_of_tables = (arguments.steps, [arguments.index_inner, arguments.index_outer]);
     let is_table = matches!(content, Content::Orders(_) | Content::Scatter(_));
     ensure!(
-        is_table || options_of_tables == (CellSteps::default(), [INDEX; 2]) && arguments.from == FROM,
+        is_table
+            || options_of_tables == (CellSteps::default(), [INDEX; 2]) && arguments.from == FROM,
         "--incidence-step, --azimuth-step, --scatter-step, --tree-log2, --samples, --index-inner, \
             --index-outer, --from: expected a file of tables, got {}",
         content.format()

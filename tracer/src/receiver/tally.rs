@@ -84,6 +84,14 @@ impl<'a> Receivers<'a> {
     }
 }
 
+/// Bins without light, written at once: pages of zeros that are read before they are written would
+/// be mapped twice.
+fn dark(bins: usize) -> Vec<f64> {
+    let mut readings = Vec::with_capacity(bins);
+    readings.resize(bins, 0.0);
+    readings
+}
+
 /// The sums of a group of paths, and the segments that wait to be sorted into them.
 pub(crate) struct Tally<'a> {
     pub totals: Totals,
@@ -97,7 +105,7 @@ impl<'a> Tally<'a> {
         Self {
             totals: Totals {
                 ledger: Ledger::new(&receivers.scene.lines),
-                readings: receivers.all.iter().map(|r| vec![0.0; r.bins]).collect(),
+                readings: receivers.all.iter().map(|r| dark(r.bins)).collect(),
             },
             receivers,
             segments: RayBuffer::default(),

@@ -34,8 +34,7 @@ pub(super) fn depth(a: &Shape, b: &Shape) -> Option<(f64, &'static str)> {
 /// The same of the boxes around two bodies, of which one may be open where another displaces it;
 /// `None` where they do not overlap, or one box holds the other.
 pub(super) fn depth_of_boxes(a: &Shape, b: &Shape) -> Option<(f64, &'static str)> {
-    let is_body =
-        |shape: &&Shape| matches!(shape, Shape::Cuboid(_) | Shape::Mesh(_) | Shape::Placed(_));
+    let is_body = |shape: &&Shape| matches!(shape, Shape::Cuboid(_) | Shape::Mesh(_));
     let [one, two] = [a, b].map(|shape| Some(shape).filter(is_body).map(Shape::bounds));
     let (one, two) = (one?, two?);
     let holds = |a: &Bounds, b: &Bounds| a.low.cmple(b.low).all() && a.high.cmpge(b.high).all();
