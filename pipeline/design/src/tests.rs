@@ -63,6 +63,8 @@ fn lengths_must_be_positive() {
     refused("wavelength_nm = 550.0", "wavelength_nm = 0.0", &["light.wavelength_nm"]);
     refused("size_mm = [1.0, 1.0]", "size_mm = [1.0, -1.0]", &["led.size_mm = -1"]);
     refused("bin_mm = 0.1", "bin_mm = 0.0", &["receiver.bin_mm"]);
+    let many = "expected at least 0.122 mm, for 1000000 bins on the plane, not ";
+    refused("columns = 2", "columns = 100", &["receiver.bin_mm", many]);
 }
 
 #[test]

@@ -424,18 +424,16 @@ impl LevelEstimates {
         let (plain, crossed) = (figure(&self.plain[region]), figure(levels));
         let one_more = (figure(&more) - crossed).abs();
         let halves = self.of_halves(region, &figure);
-        let scatter = if self.is_of_places[region] {
-            // Extremes of a few values in halves may agree by chance.
-            halves.max(self.noise_of_places(region, &figure))
-        } else {
-            halves
-        };
+        // Extremes of a few values in halves may agree by chance.
+        let of_places =
+            if self.is_of_places[region] { self.noise_of_places(region, &figure) } else { 0.0 };
+        let scatter = halves.max(of_places);
         if plain.to_bits() == crossed.to_bits() {
             return Estimate::new(plain, scatter.hypot(one_more));
         }
         let both = Estimate::between(plain, crossed, halves);
         if one_more > halves {
-            return both.with_bias(FEW_PATHS * one_more);
+            return both.with_bias((FEW_PATHS * one_more).max(of_places));
         }
         let both = Estimate::between(plain, crossed, halves.hypot(one_more));
         if self.is_of_places[region] && both.is_resolved() {
@@ -453,7 +451,7 @@ impl LevelEstimates {
             }
             return Estimate::between(at_peak, crossed, scatter);
         }
-        both
+        if both.is_resolved() { both } else { both.with_bias(of_places) }
     }
 
     /// The root of the variance of a region over its mean.

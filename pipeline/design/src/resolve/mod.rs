@@ -220,10 +220,12 @@ impl Design {
         let across = |half: f64| 2.0 * (half + margin_mm) / r.bin_mm;
         let bins: f64 = self.half_extent_mm().map(across).iter().product();
         if bins > MAX_BINS {
+            // Rounded up to micrometres.
+            let least_mm = (1e3 * r.bin_mm * (bins / MAX_BINS).sqrt()).ceil() / 1e3;
             return Err(at.value(
                 "receiver.bin_mm",
                 r.bin_mm,
-                &format!("at most {MAX_BINS} bins on the plane, not {bins:.1e}"),
+                &format!("at least {least_mm} mm, for {MAX_BINS} bins on the plane, not {bins:.0}"),
             ));
         }
         at.within("receiver.full_scale", r.full_scale, 2.0, 1e9)?;
