@@ -137,7 +137,7 @@ fn refuses_what_is_none(folder: &Path) {
             &["tables"],
             &[
                 "`tables/results.json`",
-                "written by `reproduce`, `run`, `optimise`, `study`, `tolerance` or `full-wave`",
+                "written by `reproduce`, `run`, `optimise`, `study`, `tolerance`, `full-wave` or `zones`",
             ],
         ),
         (&["small.toml"], &["`small.toml`: expected a directory of results, got a file"]),

@@ -188,3 +188,31 @@ fn a_small_array_stands_for_a_larger_one() {
     let (a, b) = (contrast(&small), contrast(&whole));
     assert!((a.0 - b.0).abs() < 4.0 * a.1.hypot(b.1) && a.0 < 2e-4, "{a:?} {b:?}");
 }
+
+#[test]
+fn the_page_shows_figures_maps_and_the_light_of_a_zone() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("boxed.toml"), boxed(3)).expect("written");
+    std::fs::write(at.join("p.csv"), "1,0,0\n0,0.5,0\n0,0,1\n").expect("written");
+    let line = "boxed.toml --pattern p.csv --receiver front --paths 20000";
+    let found = zones(at, line, "out");
+    batwing(at).args(["report", "out", "--quiet"]).assert().success();
+    let page = read(at.join("out/report.html"));
+    assert_eq!(page.matches("data:image/png;base64,").count(), 2);
+    assert_eq!(page.matches("<svg").count(), 1);
+    assert!(!page.contains("<script"));
+    let (contrast, _) = estimate(&found["halo"]["contrast"]);
+    assert!(contrast > 0.0);
+    for words in
+        ["Dimming zones", "3 x 3 of 3 x 3 packages", "halo contrast", "light of one zone, 50 % at"]
+    {
+        assert!(page.contains(words), "{words}");
+    }
+    // A file that was altered is refused.
+    let table = at.join("out/light_spread.csv");
+    std::fs::write(&table, read(&table) + "1,1,1\n").expect("written");
+    let output = batwing(at).args(["report", "out"]).output().expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("light_spread.csv` was altered"), "{said}");
+}

@@ -2,20 +2,30 @@
 //! `zones.json` as a file: a backlight with dimming zones, and what a panel before it shows.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
-use serde::Serialize;
+use anyhow::Result;
+use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
+use metrics::figures::OF_RECEIVER;
+use metrics::quantity::Unit;
 
 use crate::figure_entry::FigureEntry;
+use crate::sealed_file::{self, Writer};
+use crate::shown;
 
 /// File under the directory of results.
 pub const FILE: &str = "zones.json";
 /// Version of the layout.
 pub const SCHEMA_VERSION: u32 = 1;
+/// Table of the light of one zone.
+pub const SPREAD: &str = "light_spread.csv";
+/// Files of the maps, without their endings: backlight, and light behind the panel.
+pub const MAPS: [&str; 2] = ["backlight", "panel"];
 
 /// The whole file.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 pub struct ZonesFile {
     /// Version of the layout.
     pub schema_version: u32,
@@ -65,8 +75,66 @@ pub struct ZonesFile {
     pub direct: Option<Direct>,
 }
 
+impl ZonesFile {
+    /// Reads `zones.json` in `directory`; none where there is no such file.
+    ///
+    /// # Errors
+    /// A file that cannot be read, was altered or is of another layout.
+    pub fn read(directory: &Path) -> Result<Option<Self>> {
+        let writer = Writer { work: "sum of zones", again: "run zones again" };
+        sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
+    }
+
+    /// Names and values for people.
+    pub fn lines(&self) -> Vec<(String, String)> {
+        let unit = Unit::from_name(&self.unit).unwrap_or(Unit::Relative);
+        let size = |[columns, rows]: [usize; 2]| format!("{columns} x {rows}");
+        let mut packages = format!("of {} packages", size(self.packages));
+        if self.traced_packages != self.packages {
+            packages = format!("{packages}, for which {} stand", size(self.traced_packages));
+        }
+        let responses = format!("{} {packages}; {} responses", size(self.zones), self.responses);
+        let mut lines = vec![("zones".to_owned(), responses)];
+        let mut line = |name: String, words: String| lines.push((name, words));
+        if let Some(BeyondReach { packages, share }) = &self.beyond_reach {
+            let words = |share| shown::text(share, Unit::Fraction);
+            let share = share.as_ref().map_or_else(|| "does not fall off".to_owned(), words);
+            line(format!("light beyond {packages} packages"), share);
+        }
+        line(format!("{} at full drive, mean", self.quantity), shown::text(&self.white, unit));
+        for figure in OF_RECEIVER.into_iter().filter(|figure| figure.unit == Unit::Fraction) {
+            if let Some(entry) = self.uniformity.get(figure.key) {
+                let value = shown::text(entry, Unit::Fraction);
+                line(format!("at full drive, {}", figure.label), value);
+            }
+        }
+        for Radius { share, radius_mm } in &self.light_spread.radii {
+            let words = |radius| shown::text(radius, Unit::Millimetre);
+            let radius = radius_mm.as_ref().map_or_else(|| "not reached".to_owned(), words);
+            line(format!("light of one zone, {} % at", 100.0 * share), radius);
+        }
+        match &self.halo {
+            Some(halo) => {
+                line("black beside bright".to_owned(), shown::text(&halo.black, unit));
+                line("bright".to_owned(), shown::text(&halo.bright, unit));
+                let contrast = shown::text(&halo.contrast, Unit::Relative);
+                line("halo contrast".to_owned(), contrast);
+            }
+            None => line("halo contrast".to_owned(), "no black beside bright".to_owned()),
+        }
+        if let Some(direct) = &self.direct {
+            let words = format!(
+                "chi-square {:.1} over {} zones, at most {:.1} standard errors off",
+                direct.chi_square, direct.zones, direct.largest
+            );
+            line("direct trace".to_owned(), words);
+        }
+        lines
+    }
+}
+
 /// Light of an inner package beyond the traced ones.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 pub struct BeyondReach {
     /// Packages from the inner one to the walls of the traced array.
     pub packages: usize,
@@ -75,7 +143,7 @@ pub struct BeyondReach {
 }
 
 /// Black bins of the picture in or beside zones with its brightest bins, and these.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 pub struct Halo {
     /// Mean of black bins.
     pub black: FigureEntry,
@@ -86,7 +154,7 @@ pub struct Halo {
 }
 
 /// Light of the zone nearest to the middle.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 pub struct LightSpread {
     /// Column from the left and row from the top, from 1.
     pub zone: [usize; 2],
@@ -97,7 +165,7 @@ pub struct LightSpread {
 }
 
 /// Where a zone's light has fallen to a share.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 pub struct Radius {
     /// Share of the largest ring.
     pub share: f64,
@@ -106,7 +174,7 @@ pub struct Radius {
 }
 
 /// Distance of a trace of the pattern itself from the superposition, in the means of the zones.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
 pub struct Direct {
     /// Number of zones.
     pub zones: usize,

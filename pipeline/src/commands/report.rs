@@ -11,12 +11,7 @@ use files::atomic_file;
 use files::content_hash::sha256_hex;
 use files::run_context::RunContext;
 use metrics::plural::count;
-use report::html::folder::Folder;
-use report::html::full_wave::FullWaveFolder;
 use report::html::orders::Source;
-use report::html::study::StudyFolder;
-use report::html::tolerance::ToleranceFolder;
-use report::html::{Page, full_wave_page, page, study_page, tolerance_page};
 
 use super::outputs::writable;
 
@@ -26,8 +21,8 @@ const PAGE: &str = "report.html";
 /// `batwing report`.
 #[derive(Debug, Args)]
 pub struct ReportArgs {
-    /// Directory of results, written by `reproduce`, `run`, `optimise`, `study`, `tolerance` or
-    /// `full-wave`
+    /// Directory of results, written by `reproduce`, `run`, `optimise`, `study`, `tolerance`,
+    /// `full-wave` or `zones`
     #[arg(value_name = "DIR")]
     pub results: PathBuf,
     /// The page [default: report.html in DIR]
@@ -39,58 +34,9 @@ pub struct ReportArgs {
     pub tables: Option<PathBuf>,
 }
 
-/// Content of a directory of results.
-enum Contents {
-    /// Results of designs, a tolerance analysis may stand beside them.
-    Results(Folder),
-    /// A tolerance analysis alone.
-    Tolerance(ToleranceFolder),
-    /// A study alone.
-    Study(StudyFolder),
-    /// A comparison by full wave alone.
-    FullWave(FullWaveFolder),
-}
-
-impl Contents {
-    /// Reads and checks `directory`.
-    fn open(directory: &Path) -> Result<Self> {
-        if !directory.join(results::FILE).exists() {
-            if let Some(folder) = ToleranceFolder::open(directory)? {
-                return Ok(Self::Tolerance(folder));
-            }
-            if let Some(folder) = StudyFolder::open(directory)? {
-                return Ok(Self::Study(folder));
-            }
-            if let Some(folder) = FullWaveFolder::open(directory)? {
-                return Ok(Self::FullWave(folder));
-            }
-        }
-        Ok(Self::Results(Folder::open(directory)?))
-    }
-
-    /// True if `path` is one of the files.
-    fn holds(&self, path: &Path) -> bool {
-        match self {
-            Self::Results(folder) => folder.holds(path),
-            Self::Tolerance(folder) => folder.holds(path),
-            Self::Study(folder) => folder.holds(path),
-            Self::FullWave(folder) => folder.holds(path),
-        }
-    }
-
-    fn page(&self, source: &Source) -> Result<Page> {
-        match self {
-            Self::Results(folder) => page(folder, source),
-            Self::Tolerance(folder) => tolerance_page(folder),
-            Self::Study(folder) => study_page(folder),
-            Self::FullWave(folder) => full_wave_page(folder),
-        }
-    }
-}
-
 /// Checks the folder, makes the page and writes it.
 pub fn run(arguments: &ReportArgs, context: RunContext) -> Result<()> {
-    let contents = Contents::open(&arguments.results)?;
+    let contents = report::html::open(&arguments.results)?;
     let out = arguments.out.clone().unwrap_or_else(|| arguments.results.join(PAGE));
     ensure!(
         !out.is_dir(),

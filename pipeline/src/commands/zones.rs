@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing zones`: dimming patterns of a backlight, and what a panel before it shows.
 
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -21,9 +20,8 @@ use metrics::figures::OF_RECEIVER;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
 use report::plots::{BinImage, Heading, IlluminanceMap, illuminance_map};
 use results::figure_entry::FigureEntry;
-use results::shown;
 use results::zones::{
-    BeyondReach, Direct, FILE, Halo, LightSpread, Radius, SCHEMA_VERSION, ZonesFile,
+    BeyondReach, Direct, FILE, Halo, LightSpread, MAPS, Radius, SCHEMA_VERSION, SPREAD, ZonesFile,
 };
 use serde_json::json;
 use simulate::model::Model;
@@ -38,10 +36,6 @@ use output::capitalised;
 
 /// Table of the zones.
 const TABLE: &str = "zones.csv";
-/// Table of the light of one zone.
-const SPREAD: &str = "light_spread.csv";
-/// Files of the maps, without their endings: backlight, and light behind the panel.
-const MAPS: [&str; 2] = ["backlight", "panel"];
 /// Endings of their files.
 const ENDINGS: [&str; 3] = ["exr", "npy", "png"];
 
@@ -205,7 +199,10 @@ impl Command<'_> {
         write_json(&out.join(FILE), &json)?;
         context.console.result(&json, || {
             let seconds = started.elapsed().as_secs_f64();
-            format!("{}{seconds:.1} s; results in {}", self.table(&file), out.display())
+            let lines = file.lines().into_iter();
+            let lines = lines.map(|(name, words)| format!("{name:<34} {words}\n"));
+            let table: String = lines.collect();
+            format!("{table}{seconds:.1} s; results in {}", out.display())
         })
     }
 
@@ -348,61 +345,5 @@ impl Command<'_> {
                 largest: direct.largest,
             }),
         }
-    }
-
-    /// Lines for people.
-    fn table(&self, file: &ZonesFile) -> String {
-        let mut text = String::new();
-        let unit = self.zoned.receiver.quantity.unit();
-        let mut line = |name: &str, words: String| {
-            let _ = writeln!(text, "{name:<34} {words}");
-        };
-        let size = |[columns, rows]: [usize; 2]| format!("{columns} x {rows}");
-        let mut packages = format!("of {} packages", size(file.packages));
-        if file.traced_packages != file.packages {
-            let _ = write!(packages, ", for which {} stand", size(file.traced_packages));
-        }
-        line("zones", format!("{} {packages}; {} responses", size(file.zones), file.responses));
-        if let Some(beyond) = &file.beyond_reach {
-            let share = beyond.share.as_ref().map_or_else(
-                || "does not fall off".to_owned(),
-                |share| shown::text(share, Unit::Fraction),
-            );
-            line(&format!("light beyond {} packages", beyond.packages), share);
-        }
-        line(&format!("{} at full drive, mean", file.quantity), shown::text(&file.white, unit));
-        for figure in OF_RECEIVER.into_iter().filter(|figure| figure.unit == Unit::Fraction) {
-            if let Some(entry) = file.uniformity.get(figure.key) {
-                line(
-                    &format!("at full drive, {}", figure.label),
-                    shown::text(entry, Unit::Fraction),
-                );
-            }
-        }
-        for Radius { share, radius_mm } in &file.light_spread.radii {
-            let words = radius_mm.as_ref().map_or_else(
-                || "not reached".to_owned(),
-                |radius| shown::text(radius, Unit::Millimetre),
-            );
-            line(&format!("light of one zone, {} % at", 100.0 * share), words);
-        }
-        match &file.halo {
-            Some(halo) => {
-                line("black beside bright", shown::text(&halo.black, unit));
-                line("bright", shown::text(&halo.bright, unit));
-                line("halo contrast", shown::text(&halo.contrast, Unit::Relative));
-            }
-            None => line("halo contrast", "no black beside bright".to_owned()),
-        }
-        if let Some(direct) = &file.direct {
-            line(
-                "direct trace",
-                format!(
-                    "chi-square {:.1} over {} zones, at most {:.1} standard errors off",
-                    direct.chi_square, direct.zones, direct.largest
-                ),
-            );
-        }
-        text
     }
 }

@@ -35,7 +35,7 @@ impl Folder {
         let path = directory.join(FILE);
         let text = std::fs::read(&path).with_context(|| {
             format!(
-                "cannot read `{}`; expected a directory written by `reproduce`, `run`, `optimise`, `study`, `tolerance` or `full-wave`",
+                "cannot read `{}`; expected a directory written by `reproduce`, `run`, `optimise`, `study`, `tolerance`, `full-wave` or `zones`",
                 path.display()
             )
         })?;
@@ -98,8 +98,59 @@ impl Folder {
     }
 }
 
+/// A file of results that holds the hash of its content and lists the files written with it.
+pub trait SealedFile: Sized {
+    /// Name under the directory of results.
+    const FILE: &'static str;
+
+    /// Reads the file in `directory`; none where there is no such file.
+    ///
+    /// # Errors
+    /// A file of another layout, or altered.
+    fn read(directory: &Path) -> Result<Option<Self>>;
+
+    /// Files written with it.
+    fn files(&self) -> &[FileRecord];
+}
+
+/// A folder with a sealed file, checked.
+#[derive(Debug)]
+pub struct SealedFolder<T> {
+    directory: PathBuf,
+    /// The sealed file.
+    pub file: T,
+}
+
+impl<T: SealedFile> SealedFolder<T> {
+    /// Reads the sealed file in `directory` and checks every file that it lists; none where there is no
+    /// such file.
+    ///
+    /// # Errors
+    /// A file of another layout; one that is missing or altered.
+    pub fn open(directory: &Path) -> Result<Option<Self>> {
+        let Some(file) = T::read(directory)? else {
+            return Ok(None);
+        };
+        let path = directory.join(T::FILE);
+        for (i, entry) in file.files().iter().enumerate() {
+            checked_file(directory, entry, &format!("`{}`: files[{}]", path.display(), i + 1))?;
+        }
+        Ok(Some(Self { directory: directory.to_owned(), file }))
+    }
+
+    /// The directory.
+    pub fn directory(&self) -> &Path {
+        &self.directory
+    }
+
+    /// True if `path` is the sealed file or one of those that it lists.
+    pub fn holds(&self, path: &Path) -> bool {
+        is_one_of(&self.directory, self.file.files(), T::FILE, path)
+    }
+}
+
 /// True if `path` is `main` in `directory` or one of the `files` that it lists.
-pub(super) fn is_one_of(directory: &Path, files: &[FileRecord], main: &str, path: &Path) -> bool {
+fn is_one_of(directory: &Path, files: &[FileRecord], main: &str, path: &Path) -> bool {
     let Ok(path) = path.canonicalize() else {
         return false;
     };

@@ -1,52 +1,31 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The part of the page on the section of a dome by full wave, where the folder holds one.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Result;
 use serde_json::{Value, json};
 
+use files::provenance::FileRecord;
 use metrics::digits::thousands;
 use results::full_wave::{Distance, FILE, FullWaveFile};
 
-use super::folder::{checked_file, is_one_of};
+use super::folder::{SealedFile, SealedFolder};
 use super::pictures::Album;
 use crate::full_wave::far_field_picture;
 
 /// A folder with a comparison by full wave, checked.
-#[derive(Debug)]
-pub struct FullWaveFolder {
-    directory: PathBuf,
-    /// `full_wave.json`.
-    pub file: FullWaveFile,
-}
+pub type FullWaveFolder = SealedFolder<FullWaveFile>;
 
-impl FullWaveFolder {
-    /// Reads `full_wave.json` in `directory` and checks every file that it lists; none where there
-    /// is no such file.
-    ///
-    /// # Errors
-    /// A file of another layout; one that is missing or altered.
-    pub fn open(directory: &Path) -> Result<Option<Self>> {
-        let Some(file) = FullWaveFile::read(directory)? else {
-            return Ok(None);
-        };
-        let path = directory.join(FILE);
-        for (i, entry) in file.files.iter().enumerate() {
-            let place = format!("`{}`: files[{}]", path.display(), i + 1);
-            checked_file(directory, entry, &place)?;
-        }
-        Ok(Some(Self { directory: directory.to_owned(), file }))
+impl SealedFile for FullWaveFile {
+    const FILE: &'static str = FILE;
+
+    fn read(directory: &Path) -> Result<Option<Self>> {
+        Self::read(directory)
     }
 
-    /// The directory.
-    pub fn directory(&self) -> &Path {
-        &self.directory
-    }
-
-    /// True if `path` is one of the files of the comparison.
-    pub fn holds(&self, path: &Path) -> bool {
-        is_one_of(&self.directory, &self.file.files, FILE, path)
+    fn files(&self) -> &[FileRecord] {
+        &self.files
     }
 }
 

@@ -21,13 +21,13 @@ pub mod study;
 pub mod tables;
 pub mod tolerance;
 pub mod verdict;
+pub mod zones;
 
 use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use folder::Folder;
-use full_wave::FullWaveFolder;
+use folder::{Folder, SealedFile, SealedFolder};
 use maps::shared_range;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
@@ -35,10 +35,13 @@ use models::{FarFieldTable, Model, Plane};
 use orders::Source;
 use pictures::{Album, cuts, designs};
 use serde_json::{Value, json};
-use study::StudyFolder;
 use tolerance::ToleranceFolder;
 
+use results::full_wave::FullWaveFile;
 use results::schema::PaperFigures;
+use results::study::StudyFile;
+use results::tolerance::ToleranceResultsFile;
+use results::zones::ZonesFile;
 
 use super::plots::{LineColours, glow, palette};
 
@@ -47,8 +50,8 @@ pub const LIMIT: usize = 6_000_000;
 /// Letters that all maps together may take; beyond that neighbouring bins are merged.
 const MAPS_BUDGET: usize = 1_000_000;
 
-/// The page of results; those of a tolerance analysis, of a study and of a comparison by full wave.
-/// All begin with the macros.
+/// The page of results; those of a tolerance analysis, of a study, of a comparison by full wave and of
+/// dimming zones. All begin with the macros.
 const TEMPLATE: &str = concat!(
     include_str!("assets/macros.html"),
     include_str!("assets/tolerance.html"),
@@ -71,6 +74,8 @@ const FULL_WAVE_TEMPLATE: &str = concat!(
     include_str!("assets/full_wave.html"),
     include_str!("assets/full_wave_page.html")
 );
+const ZONES_TEMPLATE: &str =
+    concat!(include_str!("assets/macros.html"), include_str!("assets/zones_page.html"));
 const STYLES: [&str; 6] = [
     include_str!("assets/base.css"),
     include_str!("assets/first.css"),
@@ -93,6 +98,68 @@ const SCRIPTS: [&str; 12] = [
     include_str!("assets/view_3d.js"),
     include_str!("assets/bsdf.js"),
 ];
+
+/// A folder of which a page is made.
+pub trait PageFolder {
+    /// True if `path` is one of its files.
+    fn holds(&self, path: &Path) -> bool;
+
+    /// The page, with the tables that `source` holds.
+    ///
+    /// # Errors
+    /// Results of another layout, files that cannot be drawn, a page beyond [`LIMIT`].
+    fn page(&self, source: &Source) -> Result<Page>;
+}
+
+impl PageFolder for Folder {
+    fn holds(&self, path: &Path) -> bool {
+        self.holds(path)
+    }
+
+    fn page(&self, source: &Source) -> Result<Page> {
+        page(self, source)
+    }
+}
+
+/// A sealed file of which a page is made.
+trait PageFile: SealedFile {
+    fn page(folder: &SealedFolder<Self>) -> Result<Page>;
+}
+
+impl<T: PageFile> PageFolder for SealedFolder<T> {
+    fn holds(&self, path: &Path) -> bool {
+        self.holds(path)
+    }
+
+    fn page(&self, _: &Source) -> Result<Page> {
+        T::page(self)
+    }
+}
+
+/// The folder in `directory`: of results, beside which the others may stand, or of one of these.
+///
+/// # Errors
+/// No results, results of another layout, a file that is missing or altered.
+pub fn open(directory: &Path) -> Result<Box<dyn PageFolder>> {
+    fn sealed<T: PageFile + 'static>(directory: &Path) -> Result<Option<Box<dyn PageFolder>>> {
+        let folder = SealedFolder::<T>::open(directory)?;
+        Ok(folder.map(|folder| Box::new(folder) as Box<dyn PageFolder>))
+    }
+    if !directory.join(results::FILE).exists() {
+        let openers = [
+            sealed::<ToleranceResultsFile>,
+            sealed::<StudyFile>,
+            sealed::<FullWaveFile>,
+            sealed::<ZonesFile>,
+        ];
+        for open in openers {
+            if let Some(folder) = open(directory)? {
+                return Ok(folder);
+            }
+        }
+    }
+    Ok(Box::new(Folder::open(directory)?))
+}
 
 /// A page and what is in it.
 #[derive(Debug)]
@@ -212,59 +279,74 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     Ok(Page { html: rendered(TEMPLATE, &values, folder.directory())?, tables: embedded.found })
 }
 
-/// The page of a tolerance analysis in a folder without other results.
-///
-/// # Errors
-/// A distribution that cannot be drawn, a page beyond [`LIMIT`].
-pub fn tolerance_page(folder: &ToleranceFolder) -> Result<Page> {
-    let file = &folder.file;
-    let mut album = Album::default();
-    let values = json!({
-        "title": format!("batwing: {}", file.name),
-        "style": style(),
-        "version": file.program.version,
-        "seed": file.seed,
-        "tolerance": tolerance::tolerance(&mut album, file)?,
-        "full_wave": full_wave::found(&mut album, folder.directory())?,
-        "provenance": tolerance::provenance(file),
-    });
-    Ok(Page { html: rendered(TOLERANCE_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
+impl PageFile for ToleranceResultsFile {
+    fn page(folder: &SealedFolder<Self>) -> Result<Page> {
+        let file = &folder.file;
+        let mut album = Album::default();
+        let values = json!({
+            "title": format!("batwing: {}", file.name),
+            "style": style(),
+            "version": file.program.version,
+            "seed": file.seed,
+            "tolerance": tolerance::tolerance(&mut album, file)?,
+            "full_wave": full_wave::found(&mut album, folder.directory())?,
+            "provenance": tolerance::provenance(file),
+        });
+        Ok(Page {
+            html: rendered(TOLERANCE_TEMPLATE, &values, folder.directory())?,
+            tables: (0, 0),
+        })
+    }
 }
 
-/// The page of a study.
-///
-/// # Errors
-/// Changes that cannot be drawn, a page beyond [`LIMIT`].
-pub fn study_page(folder: &StudyFolder) -> Result<Page> {
-    let file = &folder.file;
-    let mut album = Album::default();
-    let values = json!({
-        "title": format!("batwing: {}", file.name),
-        "style": style(),
-        "version": file.version,
-        "seed": file.seed,
-        "study": study::study(&mut album, file)?,
-        "full_wave": full_wave::found(&mut album, folder.directory())?,
-        "provenance": study::provenance(file),
-    });
-    Ok(Page { html: rendered(STUDY_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
+impl PageFile for StudyFile {
+    fn page(folder: &SealedFolder<Self>) -> Result<Page> {
+        let file = &folder.file;
+        let mut album = Album::default();
+        let values = json!({
+            "title": format!("batwing: {}", file.name),
+            "style": style(),
+            "version": file.version,
+            "seed": file.seed,
+            "study": study::study(&mut album, file)?,
+            "full_wave": full_wave::found(&mut album, folder.directory())?,
+            "provenance": study::provenance(file),
+        });
+        Ok(Page { html: rendered(STUDY_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
+    }
 }
 
-/// The page of a comparison by full wave in a folder without other results.
-///
-/// # Errors
-/// Far fields that cannot be drawn, a page beyond [`LIMIT`].
-pub fn full_wave_page(folder: &FullWaveFolder) -> Result<Page> {
-    let file = &folder.file;
-    let values = json!({
-        "title": format!("batwing: {}", file.design),
-        "style": style(),
-        "version": file.version,
-        "seed": file.seed,
-        "full_wave": full_wave::full_wave(&mut Album::default(), file)?,
-        "provenance": full_wave::provenance(file),
-    });
-    Ok(Page { html: rendered(FULL_WAVE_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
+impl PageFile for FullWaveFile {
+    fn page(folder: &SealedFolder<Self>) -> Result<Page> {
+        let file = &folder.file;
+        let values = json!({
+            "title": format!("batwing: {}", file.design),
+            "style": style(),
+            "version": file.version,
+            "seed": file.seed,
+            "full_wave": full_wave::full_wave(&mut Album::default(), file)?,
+            "provenance": full_wave::provenance(file),
+        });
+        Ok(Page {
+            html: rendered(FULL_WAVE_TEMPLATE, &values, folder.directory())?,
+            tables: (0, 0),
+        })
+    }
+}
+
+impl PageFile for ZonesFile {
+    fn page(folder: &SealedFolder<Self>) -> Result<Page> {
+        let file = &folder.file;
+        let values = json!({
+            "title": format!("batwing: {}", file.design),
+            "style": style(),
+            "version": file.version,
+            "seed": file.seed,
+            "zones": zones::zones(&mut Album::default(), folder)?,
+            "provenance": zones::provenance(file),
+        });
+        Ok(Page { html: rendered(ZONES_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
+    }
 }
 
 /// The note on a quick run as a sentence that does not begin with its own heading.

@@ -231,10 +231,10 @@ pub fn rounded(value: f64) -> Value {
 }
 
 /// A table of columns, by name.
-struct Columns(Vec<(String, Vec<f64>)>);
+pub(super) struct Columns(Vec<(String, Vec<f64>)>);
 
 impl Columns {
-    fn read(path: &Path) -> Result<Self> {
+    pub fn read(path: &Path) -> Result<Self> {
         let shown = path.display();
         let text =
             std::fs::read_to_string(path).with_context(|| format!("cannot read `{shown}`"))?;
@@ -262,7 +262,7 @@ impl Columns {
     }
 
     /// The values of the one column whose name begins and ends so, and what is between.
-    fn find(&self, begin: &str, end: &str) -> Option<&[f64]> {
+    pub fn find(&self, begin: &str, end: &str) -> Option<&[f64]> {
         let mut found = self
             .0
             .iter()

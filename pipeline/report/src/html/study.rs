@@ -1,54 +1,31 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The page of a study: best set-up with its targets, set-ups side by side, changes.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Result;
 use serde_json::{Value, json};
 
+use files::provenance::FileRecord;
 use metrics::plural::count;
 use results::shown::{self, named, text};
 use results::study::{FILE, SetupEntry, StudyFigureEntry, StudyFile};
 use results::target::{Sought, Verdict};
 
-use super::folder::{checked_file, is_one_of};
+use super::folder::SealedFile;
 use super::models::label;
 use super::pictures::Album;
 use crate::study as pictures;
 
-/// A folder with a study, checked.
-#[derive(Debug)]
-pub struct StudyFolder {
-    directory: PathBuf,
-    /// `study.json`.
-    pub file: StudyFile,
-}
+impl SealedFile for StudyFile {
+    const FILE: &'static str = FILE;
 
-impl StudyFolder {
-    /// Reads `study.json` in `directory` and checks every file that it lists; none where there is
-    /// no such file.
-    ///
-    /// # Errors
-    /// A file of another layout; one that is missing or altered.
-    pub fn open(directory: &Path) -> Result<Option<Self>> {
-        let Some(file) = StudyFile::read(directory)? else {
-            return Ok(None);
-        };
-        let path = directory.join(FILE);
-        for (i, entry) in file.files.iter().enumerate() {
-            checked_file(directory, entry, &format!("`{}`: files[{}]", path.display(), i + 1))?;
-        }
-        Ok(Some(Self { directory: directory.to_owned(), file }))
+    fn read(directory: &Path) -> Result<Option<Self>> {
+        Self::read(directory)
     }
 
-    /// The directory.
-    pub fn directory(&self) -> &Path {
-        &self.directory
-    }
-
-    /// True if `path` is one of the files of the study.
-    pub fn holds(&self, path: &Path) -> bool {
-        is_one_of(&self.directory, &self.file.files, FILE, path)
+    fn files(&self) -> &[FileRecord] {
+        &self.files
     }
 }
 

@@ -364,7 +364,7 @@ fn folders_that_are_none_are_refused() {
     assert!(nothing.contains("nothing`: expected a directory of results"), "{nothing}");
     let empty = message(root.path());
     assert!(
-        empty.contains("results.json`; expected a directory written by `reproduce`, `run`, `optimise`, `study`, `tolerance` or `full-wave`"),
+        empty.contains("results.json`; expected a directory written by `reproduce`, `run`, `optimise`, `study`, `tolerance`, `full-wave` or `zones`"),
         "{empty}"
     );
     let file = root.path().join("results.json");

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The part of the page on a tolerance analysis, where the folder holds one.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Result;
 use serde_json::{Value, json};
 
+use files::provenance::FileRecord;
 use metrics::Bounds;
 use metrics::digits::thousands;
 use metrics::plural::count;
@@ -14,7 +15,7 @@ use results::tolerance::{
     BoundEntry, FILE, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry, share_words, unseen,
 };
 
-use super::folder::{checked_file, is_one_of};
+use super::folder::{SealedFile, SealedFolder};
 use super::models::label;
 use super::pictures::Album;
 use crate::tolerance::distribution_picture;
@@ -23,40 +24,17 @@ use crate::tolerance::distribution_picture;
 const LISTED: usize = 12;
 
 /// A folder with a tolerance analysis, checked.
-#[derive(Debug)]
-pub struct ToleranceFolder {
-    directory: PathBuf,
-    /// `tolerance.json`.
-    pub file: ToleranceResultsFile,
-}
+pub type ToleranceFolder = SealedFolder<ToleranceResultsFile>;
 
-impl ToleranceFolder {
-    /// Reads `tolerance.json` in `directory` and checks every file that it lists; none where there
-    /// is no such file.
-    ///
-    /// # Errors
-    /// A file of another layout; one that is missing or altered.
-    pub fn open(directory: &Path) -> Result<Option<Self>> {
-        let Some(file) = ToleranceResultsFile::read(directory)? else {
-            return Ok(None);
-        };
-        let path = directory.join(FILE);
-        for (i, entry) in file.files.iter().enumerate() {
-            let place = format!("`{}`: files[{}]", path.display(), i + 1);
-            checked_file(directory, entry, &place)?;
-        }
-        let directory = directory.to_owned();
-        Ok(Some(Self { directory, file }))
+impl SealedFile for ToleranceResultsFile {
+    const FILE: &'static str = FILE;
+
+    fn read(directory: &Path) -> Result<Option<Self>> {
+        Self::read(directory)
     }
 
-    /// The directory.
-    pub fn directory(&self) -> &Path {
-        &self.directory
-    }
-
-    /// True if `path` is one of the files of the analysis.
-    pub fn holds(&self, path: &Path) -> bool {
-        is_one_of(&self.directory, &self.file.files, FILE, path)
+    fn files(&self) -> &[FileRecord] {
+        &self.files
     }
 }
 

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The page of a sum of dimming zones: figures, backlight and panel, the light of one zone.
+
+use std::path::Path;
+
+use anyhow::{Context, Result};
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
+use serde_json::{Value, json};
+
+use files::provenance::FileRecord;
+use metrics::digits::thousands;
+use metrics::quantity::{Curve, Quantity, Unit};
+use results::zones::{FILE, MAPS, SPREAD, ZonesFile};
+
+use super::folder::{SealedFile, SealedFolder};
+use super::models::{Columns, label};
+use super::pictures::Album;
+use crate::plots::{Heading, LineColours, Section, cross_section};
+
+/// A folder with a sum of zones, checked.
+pub type ZonesFolder = SealedFolder<ZonesFile>;
+
+impl SealedFile for ZonesFile {
+    const FILE: &'static str = FILE;
+
+    fn read(directory: &Path) -> Result<Option<Self>> {
+        Self::read(directory)
+    }
+
+    fn files(&self) -> &[FileRecord] {
+        &self.files
+    }
+}
+
+/// Figures and pictures of `folder` for the template.
+///
+/// # Errors
+/// A file of another layout.
+pub fn zones(album: &mut Album, folder: &ZonesFolder) -> Result<Value> {
+    let file = &folder.file;
+    let captions = MAPS.into_iter().zip([
+        "Backlight at the drives of the pattern",
+        "Light behind the panel, which shows the picture",
+    ]);
+    let picture = |(name, caption): (&str, &str)| -> Result<Value> {
+        let path = folder.directory().join(format!("{name}.png"));
+        let png = std::fs::read(&path);
+        let png = png.with_context(|| format!("cannot read `{}`", path.display()))?;
+        let caption = format!("{caption}, {}.", file.unit);
+        Ok(json!({"png": BASE64_STANDARD.encode(png), "caption": caption}))
+    };
+    Ok(json!({
+        "model": label(&file.model),
+        "receiver": file.receiver,
+        "contrast": file.contrast,
+        "paths": thousands(file.paths),
+        "lines": file.lines(),
+        "pictures": captions.map(picture).collect::<Result<Vec<_>>>()?,
+        "spread": spread(album, folder)?,
+    }))
+}
+
+/// Light of one zone over the distance from its middle.
+fn spread(album: &mut Album, folder: &ZonesFolder) -> Result<Value> {
+    let (file, path) = (&folder.file, folder.directory().join(SPREAD));
+    let columns = Columns::read(&path)?;
+    let unit = Unit::from_name(&file.unit).unwrap_or(Unit::Relative);
+    let column = |begin: &str, end: &str| {
+        let found = columns.find(begin, end).map(<[f64]>::to_vec);
+        let wanted = || format!("`{}`: expected a column {begin}...{end}", path.display());
+        found.with_context(wanted)
+    };
+    let value = column(&file.quantity, unit.suffix())?;
+    let error = column(&file.quantity, &format!("standard_error_{}", unit.suffix()))?;
+    let [zone_column, zone_row] = file.light_spread.zone;
+    let name = format!("zone {zone_column}, {zone_row}");
+    let curve = Curve::new(&name, column("distance", "mm")?, value, error)?;
+    let picture = cross_section(&Section {
+        heading: &Heading::new("Light of one zone", &file.design),
+        position: &Quantity::new("distance from its middle", Unit::Millimetre),
+        quantity: &Quantity::new(&file.quantity, unit),
+        curves: &[curve],
+        leds: &[],
+        marks: &[],
+        level: None,
+        colours: LineColours::Ordered,
+        range: None,
+    })?;
+    let caption = format!(
+        "Backlight of the zone in column {zone_column} and row {zone_row} from the top, at full drive, as means over rings."
+    );
+    Ok(album.fixed(&picture, &caption))
+}
+
+/// Versions and hashes at the end of the page.
+pub(super) fn provenance(file: &ZonesFile) -> Value {
+    let lines = [
+        ("computed by", format!("batwing {}", file.version)),
+        ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
+        ("seed", file.seed.to_string()),
+    ];
+    json!({"lines": lines, "inputs": file.inputs, "files": file.files})
+}
