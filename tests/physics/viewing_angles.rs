@@ -5,13 +5,17 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+use design::Design;
 use files::interrupt::Interrupt;
 use files::run_context::RunContext;
 use metrics::Estimate;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
+use simulate::observation::Observation;
+use simulate::observation::by_angle::curves_by_angle;
 use simulate::scene_check;
 use simulate::trace::observe;
+use simulate::units::Units;
 
 const ROOM: &str = r#"
 name = "room"
@@ -22,14 +26,20 @@ receiver = { bin_mm = 1.0, plane_height_mm = 4.0 }
 light = { wavelength_nm = 550.0 }
 "#;
 
-/// Figures of receivers by key, with the interval of one that is not resolved.
-fn figures(text: &str, paths: u64) -> impl Fn(&str) -> Option<(Estimate, Option<[f64; 2]>)> {
+/// A design and what is seen of it.
+fn seen(text: &str, paths: u64) -> (Design, Observation) {
     let design = design::parse("room.toml", text, Path::new("")).unwrap_or_else(|e| panic!("{e}"));
     scene_check::check(&design).unwrap_or_else(|e| panic!("{e:#}"));
     let interrupt = Interrupt::default();
     let surface = dome_surface(&design, Model::Geometric, None).expect("a surface");
     let env = RunContext::quiet(&interrupt, 7);
     let seen = observe(&design, &surface, paths, "", env).expect("a trace");
+    (design, seen)
+}
+
+/// Figures of receivers by key, with the interval of one that is not resolved.
+fn figures(text: &str, paths: u64) -> impl Fn(&str) -> Option<(Estimate, Option<[f64; 2]>)> {
+    let (design, seen) = seen(text, paths);
     let all = seen.estimates(&design, |key| key.contains('.'));
     move |key| {
         let found = all.iter().find(|figure| figure.key == key)?;
@@ -93,4 +103,37 @@ fn half_of_the_axial_luminance_is_where_the_cosines_say() {
     let (_, interval) = few("half_angle_u_deg.all").expect("a figure");
     let [low, high] = interval.expect("an interval");
     assert!(low < half && half < high, "{low} {high}");
+}
+
+#[test]
+fn curves_by_angle_are_those_of_the_emitter() {
+    let text = format!(
+        "{ROOM}sources = [{{ name = \"point\", kind = \"cosine\", exponent = 5.0, position_mm = [0.0, 0.0, 1.0] }}]\n{}",
+        receiver("all", "theta_bin_deg = 5.0\nphi_bin_deg = 30.0")
+    );
+    let paths = 400_000;
+    let (design, seen) = seen(&text, paths);
+    let units = Units::from_design(&design, None);
+    let one_path = 1.0 / paths as f64;
+    let curves = curves_by_angle(&design.receivers[0], &seen.receivers[0], units, one_path);
+    let curves = curves.expect("finite").expect("bins of angle");
+    let names: Vec<&str> = curves.iter().map(|curve| curve.label()).collect();
+    assert_eq!(names, ["mean over azimuth", "plane of u", "plane of v"]);
+    // Of 6/(2π) cos⁵ W/sr, through 400 mm² that are seen at the cosine.
+    let expected = |theta_deg: f64| {
+        let [a, b] = [theta_deg - 2.5, theta_deg + 2.5].map(|edge| edge.to_radians().cos());
+        let power = (a.powi(6) - b.powi(6)) / 6.0;
+        6.0 / (2.0 * PI) * power / (0.5 * (a * a - b * b)) / 4e-4
+    };
+    for curve in &curves {
+        let points = curve.x().iter().zip(curve.value()).zip(curve.standard_error());
+        let lit: Vec<f64> = points
+            .filter(|((theta, _), _)| **theta < 70.0)
+            .map(|((theta, value), error)| (value - expected(*theta)) / error)
+            .collect();
+        let chi_square: f64 = lit.iter().map(|off| off * off).sum();
+        // 14 bins: 0.1 % of chi-square lies above 36.
+        assert!(lit.len() == 14 && chi_square < 36.0, "{}: {lit:?}", curve.label());
+        assert!(curve.standard_error().iter().all(|error| *error > 0.0), "{}", curve.label());
+    }
 }

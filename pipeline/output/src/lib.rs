@@ -50,6 +50,7 @@ use report::plots::{
     FarField, Heading, LineColours, Picture, far_field_cartesian, far_field_polar,
 };
 use results::earlier::Earlier;
+use results::schema::BY_ANGLE;
 use results::{Figure, ModelResult};
 use simulate::absolute::absolute;
 use simulate::model_writer::{ModelWriter, Output};
@@ -99,7 +100,7 @@ impl ModelWriter for ModelFilesWriter {
             Some(earlier) => earlier.write(output.out)?,
             None => supersede(&output.out.join(results::FILE))?,
         }
-        for inner in ["", receivers::FOLDER, colours::FOLDER, receivers::COLOURS] {
+        for inner in ["", receivers::FOLDER, BY_ANGLE, colours::FOLDER, receivers::COLOURS] {
             discard_abandoned(&folder.join(inner));
         }
         let (far_field, illuminance) = rayon::join(|| files.far_field(), || files.illuminance());

@@ -3,8 +3,9 @@
 //!
 //! Every receiver writes `receivers/<name>.npy` (values, then standard errors, over its axes),
 //! `.csv` (a line for each bin) and `.json` (axes, units, provenance); those over two or four axes
-//! write an image `.exr` too, and rectangles a picture `.png` of their map. Stokes parameters are an axis before the others, and layers of the
-//! image. Colours stand in the table, and as an array and a picture in [`COLOURS`].
+//! write an image `.exr` too, and rectangles a picture `.png` of their map. Luminance by angle has a table
+//! and a picture over the angle to the normal. Stokes parameters are an axis before the others, and layers
+//! of the image. Colours stand in the table, and as an array and a picture in [`COLOURS`].
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -24,12 +25,16 @@ use files::formats::exr;
 use files::formats::exr_layers::Layers;
 use metrics::chromaticity::Tristimulus;
 use metrics::hits::with_one_path;
-use metrics::quantity::{Axis, Map, Quantity, Unit};
+use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use metrics::{Estimate, Grouped};
-use report::plots::{BinImage, Heading, IlluminanceMap, illuminance_map, receiver_title};
+use report::plots::{
+    BinImage, FarField, Heading, IlluminanceMap, LineColours, far_field_cartesian, illuminance_map,
+    receiver_title,
+};
 use results::Figure;
 use results::figure_entry::FigureEntry;
-use results::schema::ReceiverEntry;
+use results::schema::{BY_ANGLE, ReceiverEntry};
+use simulate::observation::by_angle::curves_by_angle;
 use simulate::observation::colours::Tristimulus as Tristimuli;
 use simulate::units::Units;
 
@@ -119,6 +124,8 @@ struct ReceiverOutput<'a> {
     standard_error: Vec<f64>,
     /// By place, of a rectangle: of luminance the mean over directions.
     map: Option<Map>,
+    /// Of luminance by angle: over the angle to the normal.
+    by_angle: Option<Vec<Curve>>,
     colours: Option<ReceiverColours>,
 }
 
@@ -192,6 +199,7 @@ impl<'a> ReceiverOutput<'a> {
                 map = Some(Map::new(quantity.clone(), rows, columns, means, errors)?);
             }
         }
+        let by_angle = curves_by_angle(receiver, powers, units, shared.one_path)?;
         let colours = colours.map(|colours| {
             let (quantity, factor) = scale(&detector.measurement, units.of_colours());
             let places = map.as_ref().map(|map| {
@@ -213,6 +221,7 @@ impl<'a> ReceiverOutput<'a> {
             value,
             standard_error,
             map,
+            by_angle,
             colours,
         })
     }
@@ -287,8 +296,33 @@ impl<'a> ReceiverOutput<'a> {
             files.push(file("png"));
             write_bytes(&folder.join(&files[files.len() - 1]), &picture.png()?)?;
         }
+        files.extend(self.write_by_angle(shared)?);
         files.extend(self.write_colours(shared)?);
         Ok(files)
+    }
+
+    /// Writes luminance over the angle to the normal, as a table and as a picture.
+    fn write_by_angle(&self, shared: &Shared) -> Result<Vec<PathBuf>> {
+        let Some(curves) = &self.by_angle else { return Ok(Vec::new()) };
+        let name = self.receiver.name();
+        let files =
+            ["csv", "png"].map(|ending| Path::new(BY_ANGLE).join(format!("{name}.{ending}")));
+        let position = Quantity::new("theta", Unit::Degree);
+        csv::write_curves_csv(&shared.folder.join(&files[0]), &position, &self.quantity, curves)?;
+        let title = receiver_title(self.quantity.name(), name);
+        let picture = far_field_cartesian(&FarField {
+            heading: &Heading::new(
+                format!("{} by the angle to the normal", capitalised(&title)),
+                &shared.subtitle,
+            ),
+            quantity: &self.quantity,
+            curves,
+            colours: LineColours::Ordered,
+            numbers: &[],
+            peaks: &[],
+        })?;
+        write_bytes(&shared.folder.join(&files[1]), &picture.png()?)?;
+        Ok(files.into())
     }
 
     /// Writes the array of colours and their picture.

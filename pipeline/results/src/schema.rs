@@ -353,6 +353,9 @@ pub struct PolarizationEntry {
     pub depolarised_by: Vec<String>,
 }
 
+/// Folder of luminance over the angle to the normal, in that of the model.
+pub const BY_ANGLE: &str = "receivers/by_angle";
+
 /// One receiver of `[[receivers]]`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ReceiverEntry {

@@ -2,6 +2,7 @@
 //! Observations: receiver sums of a trace, group by group, and the figures of merit that follow
 //! from them.
 
+pub mod by_angle;
 mod colour_readers;
 pub mod colours;
 mod known;

@@ -14,7 +14,7 @@ use files::formats::exr;
 use metrics::extraction::{ROUNDING, is_end};
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use results::package::{self, PackageFile};
-use results::schema::{ModelEntries, ModelEntry};
+use results::schema::{BY_ANGLE, ModelEntries, ModelEntry};
 
 use super::folder::Folder;
 use super::pack::{base64_of_numbers, linear};
@@ -151,7 +151,10 @@ impl<'a> Pictures<'a> {
                 for file in receiver.files.iter().filter(is_picture) {
                     let is_colour = file.starts_with("colour");
                     let quantity = if is_colour { "colours" } else { &receiver.quantity };
-                    let title = receiver_title(quantity, name);
+                    let mut title = receiver_title(quantity, name);
+                    if file.starts_with(BY_ANGLE) {
+                        title += " by the angle to the normal";
+                    }
                     let parts: Vec<_> = file.iter().map(|part| part.to_string_lossy()).collect();
                     pictures.extend(self.picture(model, number, &parts.join("/"), &title)?);
                 }

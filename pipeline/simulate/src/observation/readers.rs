@@ -11,20 +11,20 @@ use design::schema::receivers::{Normal, ReceiverKind, StatedRectangle};
 use design::spectrum::Weighting;
 use metrics::bins::{Bins, largest};
 use metrics::extraction::{self, flow};
-use metrics::far_field::{AngularBins, BinPlacement, FarFieldReading, PeakMethod, PeakPlace};
+use metrics::far_field::{FarFieldReading, PeakPlace};
 use metrics::figures::{
     BY_ANGLE, Definition, ESCAPED_DOWN, ESCAPED_UP, EXTRACTION, FAR_FIELD, FLUX_DOWN, FLUX_UP,
     ILLUMINANCE, NamedFigure, OF_RECEIVER, Source,
 };
-use metrics::illuminance::{Grid, Symmetry};
+use metrics::illuminance::Grid;
 use metrics::layout::Layout;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::Cell;
 use metrics::{Estimate, Grouped};
 use results::figure_entry::FigureEntry;
 use tracer::Measurement;
-use tracer::receiver::Angles;
 
+use super::by_angle::{AngleReader, angles_of_profile};
 use super::colour_readers::{ColourReader, ReceiverColourReader};
 use super::map_reader::MapReader;
 use super::reader::{Column, Reader};
@@ -141,7 +141,7 @@ impl Reader for FarFieldReader<'_> {
 }
 
 /// A width of a beam, with the ends between which it lies where it is not resolved.
-fn of_width((width, ends): (Estimate, Option<[f64; 2]>)) -> FigureEntry {
+pub(super) fn of_width((width, ends): (Estimate, Option<[f64; 2]>)) -> FigureEntry {
     let entry = FigureEntry::new(width);
     FigureEntry { interval: ends.or(entry.interval), ..entry }
 }
@@ -399,106 +399,5 @@ impl Reader for ReceiverReader<'_> {
 
     fn one_path(&self, power: f64) -> Vec<f64> {
         self.bins.one_path(power)
-    }
-}
-
-/// Bins of the polar angle for figures by angle: their least number, and their largest width in
-/// degrees, within which there is still the axis.
-const MIN_BINS_OF_ANGLE: usize = 3;
-const MAX_BIN_OF_ANGLE_DEG: f64 = 10.0;
-
-/// Rectangle and directions of a receiver that has figures by angle.
-fn angles_of_profile(receiver: &CheckedReceiver) -> Option<Angles> {
-    let Measurement::Luminance(_, angles) = &receiver.detector.measurement else {
-        return None;
-    };
-    let is_fine = angles.thetas() >= MIN_BINS_OF_ANGLE
-        && angles.theta_edges_deg()[1] <= MAX_BIN_OF_ANGLE_DEG * (1.0 + 1e-9);
-    (is_fine && receiver.stated.kind.is_by_angle()).then_some(*angles)
-}
-
-/// Figures of luminance by the angle to the normal, over the whole rectangle.
-struct AngleReader<'a> {
-    number: usize,
-    receiver: &'a CheckedReceiver,
-    units: Units,
-    /// In the planes of u and v. What it takes for intensity is luminance.
-    readings: [FarFieldReading; 2],
-    /// Factor on the power in each direction that makes its intensity luminance.
-    per_intensity: Vec<f64>,
-}
-
-impl<'a> AngleReader<'a> {
-    fn new(number: usize, receiver: &'a CheckedReceiver, units: Units) -> Option<Self> {
-        let angles = angles_of_profile(receiver)?;
-        let (directions, edges) = (angles.bins(), angles.theta_edges_deg());
-        let measures = receiver.detector.measures();
-        let places = (receiver.detector.places() / directions) as f64;
-        let solid = angles.solid_angles();
-        let per_intensity = measures[..directions].iter().enumerate();
-        let per_intensity =
-            per_intensity.map(|(k, measure)| solid[k / angles.phis()] / (measure * places));
-        let reading = |azimuth_deg: f64| FarFieldReading {
-            recorded: AngularBins {
-                bin_deg: edges[1],
-                polar: angles.thetas(),
-                azimuths: angles.phis(),
-                bins: BinPlacement::Between,
-            },
-            read_bin_deg: edges[1],
-            read_bins: BinPlacement::Between,
-            centre_deg: edges[1],
-            peak: PeakMethod::Bin,
-            peak_fit_deg: 0.0,
-            cut_deg: Some(azimuth_deg),
-            symmetry: Symmetry::Rectangle,
-        };
-        Some(Self {
-            number,
-            receiver,
-            units,
-            readings: [0.0, 90.0].map(reading),
-            per_intensity: per_intensity.collect(),
-        })
-    }
-}
-
-impl Reader for AngleReader<'_> {
-    fn columns(&self) -> Vec<Column> {
-        let of = |figure: Definition| {
-            let unit = unit_of_receiver(figure, ReceiverKind::Luminance);
-            Column::new(figure.of_receiver(self.receiver.name()), unit, &self.units)
-        };
-        BY_ANGLE.map(of).into()
-    }
-
-    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
-        let (powers, places) = (seen.receivers.get(self.number)?, self.receiver.detector.places());
-        let per_intensity = &self.per_intensity;
-        let directions = per_intensity.len();
-        Some(Cow::Owned(powers.map(|bins| {
-            let of = |k: usize| bins[..places].iter().skip(k).step_by(directions).sum::<f64>();
-            (0..directions).map(|k| per_intensity[k] * of(k)).collect()
-        })))
-    }
-
-    fn values(&self, powers: &[f64]) -> Vec<f64> {
-        let [u, v] = self.readings.map(|reading| reading.plain(powers));
-        vec![u[5], u[3], v[3]]
-    }
-
-    fn entries(&self, powers: &Grouped) -> Vec<FigureEntry> {
-        let [u, v] = self.readings.map(|reading| reading.figures(powers));
-        // Nothing is read without light.
-        if u.peak_w_per_sr.value <= 0.0 {
-            return Vec::new();
-        }
-        let widths = [u, v].map(|read| of_width(read.widths_deg[0]));
-        [FigureEntry::new(u.centre_w_per_sr)].into_iter().chain(widths).collect()
-    }
-
-    fn one_path(&self, power: f64) -> Vec<f64> {
-        let rings = self.readings[0].recorded;
-        vec![power * self.per_intensity[0] / rings.ring_sr(0)]
     }
 }
