@@ -9,7 +9,7 @@ use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
 use files::provenance::FileRecord;
-use metrics::digits::thousands;
+use metrics::digits::{shortest, thousands};
 use metrics::quantity::{Curve, Quantity, Unit};
 use results::zones::{FILE, MAPS, SPREAD, ZonesFile};
 
@@ -53,7 +53,7 @@ pub fn zones(album: &mut Album, folder: &ZonesFolder) -> Result<Value> {
     Ok(json!({
         "model": label(&file.model),
         "receiver": file.receiver,
-        "contrast": file.contrast,
+        "contrast": shortest(file.contrast),
         "paths": thousands(file.paths),
         "lines": file.lines(),
         "pictures": captions.map(picture).collect::<Result<Vec<_>>>()?,

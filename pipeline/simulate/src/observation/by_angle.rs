@@ -18,8 +18,7 @@ use tracer::Measurement;
 use tracer::receiver::Angles;
 
 use super::Observation;
-use super::reader::{Column, Reader};
-use super::readers::{of_width, unit_of_receiver};
+use super::reader::{Column, Reader, of_width, unit_of_receiver};
 use crate::units::Units;
 
 /// Planes in which luminance is read, with the azimuths of their halves, degrees.

@@ -17,7 +17,8 @@ use metrics::uniformity_forms::cell;
 use metrics::valley;
 use results::shown;
 
-use super::readers::{figures_of, has_lumens, unit_of_receiver};
+use super::reader::unit_of_receiver;
+use super::readers::{figures_of, has_lumens};
 use super::{accounts, layout, plane_grid};
 use crate::dome_surface::dome_surface;
 use crate::model::Model;

@@ -4,9 +4,10 @@
 
 use std::borrow::Cow;
 
-use metrics::figures::NamedFigure;
+use design::schema::receivers::ReceiverKind;
+use metrics::figures::{Definition, NamedFigure};
 use metrics::quantity::Unit;
-use metrics::{Grouped, JackknifedFigure};
+use metrics::{Estimate, Grouped, JackknifedFigure};
 use rayon::prelude::*;
 use results::figure_entry::FigureEntry;
 
@@ -67,5 +68,24 @@ pub(super) trait Reader: Sync {
     /// no path can reach; ends where no further figure is a sum.
     fn one_path(&self, _power: f64) -> Vec<f64> {
         Vec::new()
+    }
+}
+
+/// A width of a beam, with the ends between which it lies where it is not resolved.
+pub(super) fn of_width((width, ends): (Estimate, Option<[f64; 2]>)) -> FigureEntry {
+    let entry = FigureEntry::new(width);
+    FigureEntry { interval: ends.or(entry.interval), ..entry }
+}
+
+/// Radiometric unit of a figure of a receiver of this kind.
+pub(super) fn unit_of_receiver(figure: Definition, kind: ReceiverKind) -> Unit {
+    match (figure.unit, kind) {
+        (Unit::WattPerSquareMillimetre, ReceiverKind::FarField | ReceiverKind::CGamma) => {
+            Unit::WattPerSteradian
+        }
+        (Unit::WattPerSquareMillimetre, ReceiverKind::Luminance) => {
+            Unit::WattPerSquareMetreSteradian
+        }
+        (unit, _) => unit,
     }
 }

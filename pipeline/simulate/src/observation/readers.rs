@@ -7,7 +7,7 @@ use design::Design;
 use design::resolved::luminescence::MediumLuminophore;
 use design::resolved::medium::Medium;
 use design::resolved::receivers::CheckedReceiver;
-use design::schema::receivers::{Normal, ReceiverKind, StatedRectangle};
+use design::schema::receivers::{Normal, StatedRectangle};
 use design::spectrum::Weighting;
 use metrics::bins::{Bins, largest};
 use metrics::extraction::{self, flow};
@@ -27,7 +27,7 @@ use tracer::Measurement;
 use super::by_angle::{AngleReader, angles_of_profile};
 use super::colour_readers::{ColourReader, ReceiverColourReader};
 use super::map_reader::MapReader;
-use super::reader::{Column, Reader};
+use super::reader::{Column, Reader, of_width, unit_of_receiver};
 use super::{CONVERSION_LOSSES, Observation, far_field_reading, layout};
 use crate::units::Units;
 
@@ -138,12 +138,6 @@ impl Reader for FarFieldReader<'_> {
             peak,
         ]
     }
-}
-
-/// A width of a beam, with the ends between which it lies where it is not resolved.
-pub(super) fn of_width((width, ends): (Estimate, Option<[f64; 2]>)) -> FigureEntry {
-    let entry = FigureEntry::new(width);
-    FigureEntry { interval: ends.or(entry.interval), ..entry }
 }
 
 /// True if the lumens emitted are stated and the far field is one of lumens: of one wavelength, or
@@ -278,19 +272,6 @@ impl Reader for IlluminanceReader {
     fn one_path(&self, power: f64) -> Vec<f64> {
         let of_bin = power / (self.grid.bin_mm * self.grid.bin_mm);
         vec![of_bin / self.layout.axes_mm.len() as f64, of_bin]
-    }
-}
-
-/// Radiometric unit of a figure of a receiver of this kind.
-pub(super) fn unit_of_receiver(figure: Definition, kind: ReceiverKind) -> Unit {
-    match (figure.unit, kind) {
-        (Unit::WattPerSquareMillimetre, ReceiverKind::FarField | ReceiverKind::CGamma) => {
-            Unit::WattPerSteradian
-        }
-        (Unit::WattPerSquareMillimetre, ReceiverKind::Luminance) => {
-            Unit::WattPerSquareMetreSteradian
-        }
-        (unit, _) => unit,
     }
 }
 
