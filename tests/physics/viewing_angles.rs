@@ -9,6 +9,7 @@ use design::Design;
 use files::interrupt::Interrupt;
 use files::run_context::RunContext;
 use metrics::Estimate;
+use metrics::quantity::Curve;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::Observation;
@@ -117,7 +118,7 @@ fn curves_by_angle_are_those_of_the_emitter() {
     let one_path = 1.0 / paths as f64;
     let curves = curves_by_angle(&design.receivers[0], &seen.receivers[0], units, one_path);
     let curves = curves.expect("finite").expect("bins of angle");
-    let names: Vec<&str> = curves.iter().map(|curve| curve.label()).collect();
+    let names: Vec<&str> = curves.iter().map(Curve::label).collect();
     assert_eq!(names, ["mean over azimuth", "plane of u", "plane of v"]);
     // Of 6/(2π) cos⁵ W/sr, through 400 mm² that are seen at the cosine.
     let expected = |theta_deg: f64| {
