@@ -14,7 +14,7 @@ use super::jackknife::{Grouped, jackknife};
 
 /// Most ways that are summed together, a power of two, and most bins of all of them.
 const TOGETHER: usize = 8;
-const MOST_BINS: usize = 1 << 23;
+const MOST_BINS: usize = 1 << 21;
 /// Bins whose sums by all these ways fit the cache of a core.
 const BLOCK: usize = 512;
 

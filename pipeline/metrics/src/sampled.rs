@@ -531,7 +531,7 @@ fn crossed(
 const HALVINGS: usize = 32;
 /// Most segments that are searched in halves of the paths, over all halvings.
 const MAX_SEGMENTS_READ: usize = 32_768;
-/// Fewest halvings that errors are told from: those that are summed together.
+/// Fewest halvings that errors are told from.
 const MIN_HALVINGS: usize = 7;
 /// Paths at the smallest place that bound it together with two standard errors, where one decides.
 const FEW_PATHS: f64 = 1.5;
