@@ -40,6 +40,21 @@ fn width(profile: &[f64], sphere: &AngularBins, level: f64) -> f64 {
     })
 }
 
+/// Half the width, in bins, of the lobe about the largest bin of `profile` in which it exceeds `level`; of
+/// one that holds the axis, beyond which it is its mirror image, from the axis. NaN where it has no outer
+/// end.
+fn lobe(profile: &[f64], sphere: &AngularBins, level: f64) -> f64 {
+    let outer = 0.5 * width(profile, sphere, level) / sphere.bin_deg;
+    let best = largest(profile, sphere);
+    let below = (0..best).rev().find(|&i| profile[i] < level);
+    below.map_or(outer, |i| {
+        let part = (level - profile[i]) / (profile[i + 1] - profile[i]);
+        let [inner, next] = [i, i + 1].map(|i| sphere.centre_deg(i));
+        let inner = (inner + part * (next - inner)) / sphere.bin_deg;
+        0.5 * (outer - inner)
+    })
+}
+
 /// Steps in which a window finds the vertex; each takes most of what is left.
 const MAX_STEPS: usize = 40;
 
@@ -199,8 +214,9 @@ const FEW: f64 = 10.0;
 /// Fewest bins between the axis and the end of a beam that is resolved, and the number from which on
 /// their width tells nothing.
 const COARSE: f64 = 4.0;
-/// Bins below which a beam may lie within the first.
+/// Bins below which a beam about the axis may lie within one; elsewhere two may share it.
 const WITHIN_ONE: f64 = 1.2;
+const WITHIN_TWO: f64 = 1.45;
 const FINE: f64 = 16.0;
 /// What bins twice as wide change over the error of bins, which grows with the square of their width.
 const DOUBLED: f64 = 3.0;
@@ -394,12 +410,15 @@ impl FarFieldReading {
         let in_wide = coarse.peak(&wide).height;
         let widths_deg = WIDTHS.map(|part| {
             let in_wide = width(&wide[1..], &coarse.sphere(), part * in_wide);
-            self.by_bins(self.width(&seen, part), in_wide)
+            let half = self.lobe(seen.total(), part);
+            self.by_bins(self.width(&seen, part), in_wide, half)
         });
         // What bins do to an intensity is known by what they do to the beam.
-        let beam = 0.5 * widths_deg[0].0.value / self.read_bin_deg;
+        let beam = self.lobe(seen.total(), WIDTHS[0]);
+        let within =
+            if self.is_about_axis(beam, widths_deg[0].0.value) { WITHIN_ONE } else { WITHIN_TWO };
         let of_intensity = |found: Estimate, in_wide: f64| match beam {
-            beam if beam < WITHIN_ONE => Estimate::new(f64::NAN, 0.0),
+            beam if beam < within => Estimate::new(f64::NAN, 0.0),
             beam if beam < COARSE => found.with_bias((in_wide - found.value).abs()),
             _ => found.with_bias(self.bias_of_bins(beam, in_wide - found.value)),
         };
@@ -482,17 +501,24 @@ impl FarFieldReading {
         (Estimate::new(plain, (ends[1] - ends[0]) / 12f64.sqrt()), Some(ends))
     }
 
-    /// A width with what bins do to it, by its value in bins twice as wide: one of a few bins lies within
-    /// a bin to both sides of each end.
+    /// The [lobe] about the peak of what was [seen](Self::seen), down to this part of it.
+    fn lobe(&self, seen: &[f64], part: f64) -> f64 {
+        lobe(&seen[1..], &self.sphere(), part * self.peak(seen).height)
+    }
+
+    /// A width with what bins do to it, by its value in bins twice as wide: that of a lobe of `half` a few
+    /// bins lies within a bin to both sides of each end.
     fn by_bins(
         &self,
         (found, ends): (Estimate, Option<[f64; 2]>),
         in_wide: f64,
+        half: f64,
     ) -> (Estimate, Option<[f64; 2]>) {
-        let half = 0.5 * found.value / self.read_bin_deg;
         if half < COARSE || (half < FINE && in_wide.is_nan()) {
-            let inner = if half < 2.0 { 0.0 } else { half - 1.0 };
-            let [inner, outer] = [inner, half + 1.0].map(|end| 2.0 * end * self.read_bin_deg);
+            let end = 0.5 * found.value / self.read_bin_deg;
+            let inner = if half < 2.0 { end - half.max(1.0) } else { end - 1.0 };
+            let inner = inner.max(0.0);
+            let [inner, outer] = [inner, end + 1.0].map(|end| 2.0 * end * self.read_bin_deg);
             let [low, high] = ends.unwrap_or([inner, outer]);
             let ends = [low.min(inner), high.max(outer)];
             return (Estimate::new(found.value, (ends[1] - ends[0]) / 12f64.sqrt()), Some(ends));
@@ -500,10 +526,18 @@ impl FarFieldReading {
         if half.is_nan() || half >= FINE || ends.is_some() {
             return (found, ends);
         }
-        (found.with_bias(self.bias_of_bins(half, in_wide - found.value)), None)
+        let bias = self.bias_of_bins(half, in_wide - found.value);
+        let is_about_axis = self.is_about_axis(half, found.value);
+        // Off the axis bins lie anyhow about the lobe, and their error follows no power of their width.
+        (found.with_bias(if is_about_axis { bias } else { DOUBLED * bias }), None)
     }
 
-    /// Bound of what bins do to a figure of a beam of `half` bins from the axis, which those twice as
+    /// True of a lobe of `half` a width of so many bins that holds the axis, and so is as wide as the beam.
+    fn is_about_axis(&self, half: f64, width_deg: f64) -> bool {
+        2.0 * half * self.read_bin_deg > 0.999 * width_deg
+    }
+
+    /// Bound of what bins do to a figure of a lobe of `half` a width of so many bins, which those twice as
     /// wide change by `change`. A peak that is a bin is one of a plot.
     fn bias_of_bins(&self, half: f64, change: f64) -> f64 {
         let is_read = self.peak == PeakMethod::Parabola && half < FINE;

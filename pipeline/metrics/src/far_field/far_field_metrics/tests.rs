@@ -363,3 +363,45 @@ fn narrow_beams_hold_what_bins_do_to_them_or_are_not_resolved() {
         }
     }
 }
+
+#[test]
+fn narrow_lobes_off_the_axis_hold_what_bins_do_to_them_or_are_not_resolved() {
+    let recorded = AngularBins { bin_deg: 2.0, polar: 90, azimuths: 1, ..BINS };
+    let judge = FarFieldReading { recorded, read_bin_deg: 2.0, centre_deg: 2.0, ..JUDGE };
+    for middle_deg in [30.0, 31.0, 37.3, 52.6] {
+        for sigma_deg in [0.3, 0.8, 1.5, 2.5, 4.0, 7.0] {
+            let intensity = |deg: f64| (-0.5 * ((deg - middle_deg) / sigma_deg).powi(2)).exp();
+            // By 400 steps of each ring.
+            let power = |ring: u32| {
+                let step = |k: u32| 2.0 * (f64::from(ring) + (f64::from(k) + 0.5) / 400.0);
+                let weight = (2.0_f64 / 400.0).to_radians() * std::f64::consts::TAU;
+                (0..400).map(|k| intensity(step(k)) * step(k).to_radians().sin()).sum::<f64>()
+                    * weight
+            };
+            let noise = |g: u32, ring: u32| 1e-4 * (f64::from((31 * g + 17 * ring) % 7) - 3.0);
+            let powers: Vec<f64> = (0..90).map(power).collect();
+            let group = |g: u32| {
+                (0..)
+                    .zip(&powers)
+                    .map(|(ring, power)| power / 16.0 * (1.0 + noise(g, ring)))
+                    .collect()
+            };
+            let found = judge.figures(&Grouped::new((0..16).map(group).collect()));
+            let what = format!("{middle_deg}, {sigma_deg}");
+            let within = |found: Estimate, ends: Option<[f64; 2]>, exact: f64| {
+                let reach = 3.0 * found.standard_error + 2e-3 * exact;
+                let plain = [found.value - reach, found.value + reach];
+                let [low, high] = ends.or(found.interval()).unwrap_or(plain);
+                assert!(low <= exact && exact <= high, "{what}: {exact}, {low} to {high}");
+            };
+            for ((width, ends), part) in found.widths_deg.into_iter().zip(WIDTHS) {
+                within(width, ends, 2.0 * (middle_deg + sigma_deg * (-2.0 * part.ln()).sqrt()));
+            }
+            let peak = found.peak_w_per_sr;
+            if !peak.value.is_nan() {
+                within(peak, None, 1.0);
+            }
+            assert!(sigma_deg < 2.0 || !peak.value.is_nan(), "{what}");
+        }
+    }
+}
