@@ -116,7 +116,7 @@ impl Parts<'_> {
             json!({
                 "key": key,
                 "label": label,
-                "meaning": figures::find(&key).map(|figure| figure.words()),
+                "meaning": figures::find(&key).map(|figure| figure.meaning()),
                 "value": entry.value,
                 "standard_error": entry.standard_error,
                 "text": shown::text(&entry, unit),

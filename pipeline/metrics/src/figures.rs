@@ -129,12 +129,12 @@ impl Definition {
     }
 
     /// Meaning in a sentence.
-    pub fn words(&self) -> Cow<'static, str> {
+    pub fn meaning(&self) -> Cow<'static, str> {
         let form = FORMS.into_iter().find(|form| form.key == self.key);
         form.map_or(self.meaning.into(), |form| form.meaning().into())
     }
 
-    const fn meaning(self, meaning: &'static str) -> Self {
+    const fn means(self, meaning: &'static str) -> Self {
         Self { meaning, ..self }
     }
 
@@ -227,7 +227,7 @@ pub const PEAK_ANGLE: Definition = papers(
     Better::Neither,
     ANGLE_SCALE,
 )
-.meaning("Angle from the vertical at which the intensity, averaged over azimuth, is largest.");
+.means("Angle from the vertical at which the intensity, averaged over azimuth, is largest.");
 /// Intensity on the axis over the largest.
 pub const CENTRE_TO_PEAK: Definition = papers(
     "centre_to_peak",
@@ -236,18 +236,16 @@ pub const CENTRE_TO_PEAK: Definition = papers(
     Better::Neither,
     0.06,
 )
-.meaning(
-    "Intensity straight up over the largest intensity: small where the lens sends light aside.",
-);
+.means("Intensity straight up over the largest intensity: small where the lens sends light aside.");
 /// Peak angle between bins, of designs that read it as the middle of a bin.
 pub const PARABOLA: Definition =
     of_far_field("peak_angle_parabola_deg", "peak angle, parabola", Unit::Degree)
-        .meaning("The peak angle between bins, by a parabola through the largest ones.");
+        .means("The peak angle between bins, by a parabola through the largest ones.");
 /// Angle between the directions at which the intensity falls to half of the largest.
 pub const BEAM_ANGLE: Definition =
     of_far_field("beam_angle_deg", "beam angle, half of peak", Unit::Degree)
         .scaled(ANGLE_SCALE)
-        .meaning(
+        .means(
             "Full angle between the directions at which the intensity falls to half of its peak.",
         );
 /// Angle between the directions at which the intensity falls to a tenth of the largest.
@@ -257,17 +255,17 @@ pub const FIELD_ANGLE: Definition = of_far_field(
     Unit::Degree,
 )
 .scaled(ANGLE_SCALE)
-.meaning("Full angle between the directions at which the intensity falls to a tenth of its peak.");
+.means("Full angle between the directions at which the intensity falls to a tenth of its peak.");
 /// Mean intensity below the centre angle.
 pub const INTENSITY_CENTRE: Definition =
     of_far_field("intensity_centre", "intensity, centre", Unit::WattPerSteradian)
         .absolute()
-        .meaning("Intensity straight up.");
+        .means("Intensity straight up.");
 /// Largest intensity.
 pub const INTENSITY_PEAK: Definition =
     of_far_field("intensity_peak", "intensity, peak", Unit::WattPerSteradian)
         .absolute()
-        .meaning("Largest intensity.");
+        .means("Largest intensity.");
 /// Largest intensity for 1000 lm emitted.
 pub const INTENSITY_PER_KILOLUMEN: Definition = of_far_field(
     "intensity_peak_cd_per_klm",
@@ -275,10 +273,10 @@ pub const INTENSITY_PER_KILOLUMEN: Definition = of_far_field(
     Unit::CandelaPerKilolumen,
 )
 .absolute()
-.meaning("Largest intensity for each 1000 lm that are emitted.");
+.means("Largest intensity for each 1000 lm that are emitted.");
 /// The paper's uniformity, along rows and columns.
 pub const UNIFORMITY: Definition =
-    papers("uniformity", ["uniformity"; 2], (Unit::Fraction, Source::Map), Better::Larger, 0.02).meaning("Evenness of the light on the receiver plane between neighbouring LEDs, on a logarithmic scale: 100 % where the darkest place is as bright as the brightest.");
+    papers("uniformity", ["uniformity"; 2], (Unit::Fraction, Source::Map), Better::Larger, 0.02).means("Evenness of the light on the receiver plane between neighbouring LEDs, on a logarithmic scale: 100 % where the darkest place is as bright as the brightest.");
 /// The paper's uniformity, across the diagonal of four LEDs.
 pub const UNIFORMITY_DIAGONAL: Definition = Definition {
     adds_wavelengths: false,
@@ -290,7 +288,7 @@ pub const UNIFORMITY_DIAGONAL: Definition = Definition {
         0.02,
     )
 }
-.meaning("The uniformity with the darkest place on the diagonals of four LEDs.");
+.means("The uniformity with the darkest place on the diagonals of four LEDs.");
 /// Darkest place between neighbours over the largest illuminance.
 pub const VALLEY_TO_PEAK: Definition = Definition {
     adds_wavelengths: false,
@@ -302,7 +300,7 @@ pub const VALLEY_TO_PEAK: Definition = Definition {
         FORM_SCALE,
     )
 }
-.meaning("Illuminance of the darkest place between neighbouring LEDs over the largest.");
+.means("Illuminance of the darkest place between neighbouring LEDs over the largest.");
 /// Power that leaves the silicone for good, per power emitted.
 pub const EXTRACTION: Definition = papers(
     "extraction_efficiency",
@@ -311,7 +309,7 @@ pub const EXTRACTION: Definition = papers(
     Better::Larger,
     SHARE_SCALE,
 )
-.meaning("Share of the emitted power that leaves the silicone of the domes for good.");
+.means("Share of the emitted power that leaves the silicone of the domes for good.");
 const fn colour(key: &'static str, label: &'static str) -> Definition {
     figure(key, label, Unit::Relative, Source::Colours, Better::Neither)
 }
@@ -326,21 +324,19 @@ const fn temperature(key: &'static str, label: &'static str) -> Definition {
 
 /// Largest distance between the chromaticities of two of the nine points of the cell.
 pub const COLOUR_DIFFERENCE: Definition =
-    colour_difference("cell_colour_difference", "colour difference Δu'v', cell").meaning("Largest colour difference between two of nine points of the rectangle between the outermost LEDs.");
+    colour_difference("cell_colour_difference", "colour difference Δu'v', cell").means("Largest colour difference between two of nine points of the rectangle between the outermost LEDs.");
 /// The same between two parts of the cell.
 pub const COLOUR_DIFFERENCE_PARTS: Definition = colour_difference(
     "cell_colour_difference_parts",
     "colour difference Δu'v', parts of cell",
 )
-.meaning(
-    "Largest colour difference between two parts of the rectangle between the outermost LEDs.",
-);
+.means("Largest colour difference between two parts of the rectangle between the outermost LEDs.");
 /// The same between two directions.
 pub const COLOUR_DIFFERENCE_ANGLES: Definition = colour_difference(
     "far_field_colour_difference",
     "colour difference Δu'v', directions of far field",
 )
-.meaning("Largest colour difference between two directions.");
+.means("Largest colour difference between two directions.");
 
 /// Figures of colours: differences, then u', v', colour temperature and Duv of the map and of the
 /// far field upwards, in the order in which they are read.
@@ -348,53 +344,53 @@ pub const COLOURS: [Definition; 11] = [
     COLOUR_DIFFERENCE,
     COLOUR_DIFFERENCE_PARTS,
     COLOUR_DIFFERENCE_ANGLES,
-    colour("plane_u_prime", "u', map").adding_wavelengths().meaning("Chromaticity u' of all light on the receiver plane."),
-    colour("plane_v_prime", "v', map").adding_wavelengths().meaning("Chromaticity v' of all light on the receiver plane."),
-    temperature("plane_cct_k", "correlated colour temperature, map").meaning("Colour temperature of all light on the receiver plane."),
-    colour("plane_duv", "Duv, map").meaning("Distance of the colour on the receiver plane from that of a black body: greenish above 0, pinkish below."),
-    colour("far_field_u_prime", "u', far field").adding_wavelengths().meaning("Chromaticity u' of all light that leaves upwards."),
-    colour("far_field_v_prime", "v', far field").adding_wavelengths().meaning("Chromaticity v' of all light that leaves upwards."),
-    temperature("far_field_cct_k", "correlated colour temperature, far field").meaning("Colour temperature of all light that leaves upwards."),
-    colour("far_field_duv", "Duv, far field").meaning("Distance of the colour of the light upwards from that of a black body: greenish above 0, pinkish below."),
+    colour("plane_u_prime", "u', map").adding_wavelengths().means("Chromaticity u' of all light on the receiver plane."),
+    colour("plane_v_prime", "v', map").adding_wavelengths().means("Chromaticity v' of all light on the receiver plane."),
+    temperature("plane_cct_k", "correlated colour temperature, map").means("Colour temperature of all light on the receiver plane."),
+    colour("plane_duv", "Duv, map").means("Distance of the colour on the receiver plane from that of a black body: greenish above 0, pinkish below."),
+    colour("far_field_u_prime", "u', far field").adding_wavelengths().means("Chromaticity u' of all light that leaves upwards."),
+    colour("far_field_v_prime", "v', far field").adding_wavelengths().means("Chromaticity v' of all light that leaves upwards."),
+    temperature("far_field_cct_k", "correlated colour temperature, far field").means("Colour temperature of all light that leaves upwards."),
+    colour("far_field_duv", "Duv, far field").means("Distance of the colour of the light upwards from that of a black body: greenish above 0, pinkish below."),
 ];
 /// Power that leaves upwards, per power emitted.
 pub const ESCAPED_UP: Definition =
     figure("escaped_up", "escaped up", Unit::Fraction, Source::Ledger, Better::Larger)
         .scaled(SHARE_SCALE)
         .adding_wavelengths()
-        .meaning("Share of the emitted power that leaves upwards.");
+        .means("Share of the emitted power that leaves upwards.");
 /// Power that leaves downwards, per power emitted.
 pub const ESCAPED_DOWN: Definition =
     figure("escaped_down", "escaped down", Unit::Fraction, Source::Ledger, Better::Neither)
         .scaled(SHARE_SCALE)
-        .meaning("Share of the emitted power that leaves downwards.");
+        .means("Share of the emitted power that leaves downwards.");
 /// Power in any other account of the ledger, per power emitted.
 const ENDED: Definition =
     figure("", "absorbed or lost", Unit::Fraction, Source::Ledger, Better::Smaller)
         .scaled(SHARE_SCALE)
-        .meaning("Share of the emitted power that ends there.");
+        .means("Share of the emitted power that ends there.");
 /// Flux that leaves upwards.
 pub const FLUX_UP: Definition =
     figure("flux_up", "flux, up", Unit::Watt, Source::Ledger, Better::Larger)
         .absolute()
-        .meaning("Flux that leaves upwards.");
+        .means("Flux that leaves upwards.");
 /// Flux that leaves downwards.
 pub const FLUX_DOWN: Definition =
     figure("flux_down", "flux, down", Unit::Watt, Source::Ledger, Better::Neither)
         .absolute()
-        .meaning("Flux that leaves downwards.");
+        .means("Flux that leaves downwards.");
 /// Mean illuminance above the axes of the LEDs.
 pub const ABOVE_LEDS: Definition =
     illuminance("illuminance_above_leds", "illuminance, above LEDs", Better::Neither)
-        .meaning("Mean illuminance of the places above the LEDs.");
+        .means("Mean illuminance of the places above the LEDs.");
 /// Largest illuminance of the map.
 pub const ILLUMINANCE_PEAK: Definition =
     illuminance("illuminance_peak", "illuminance, peak", Better::Neither)
-        .meaning("Largest illuminance on the receiver plane.");
+        .means("Largest illuminance on the receiver plane.");
 /// Mean illuminance of the cell.
 pub const CELL_MEAN: Definition =
     illuminance("illuminance_cell_mean", "illuminance, cell mean", Better::Larger)
-        .meaning("Mean illuminance of the rectangle between the outermost LEDs.");
+        .means("Mean illuminance of the rectangle between the outermost LEDs.");
 
 /// Figures of a far field, in the order in which they are read.
 pub const FAR_FIELD: [Definition; 8] = [
@@ -431,14 +427,14 @@ pub const OF_RECEIVER: [Definition; 10] = [
     Definition { unit: Unit::Fraction, ..of_bins("flux", "flux", Better::Larger) }
         .scaled(SHARE_SCALE)
         .adding_wavelengths()
-        .meaning("Share of the emitted power that reaches the receiver."),
-    of_bins("mean", "mean", Better::Larger).meaning("Mean over the bins of the receiver."),
-    of_bins("min", "min", Better::Neither).meaning("Smallest bin of the receiver."),
-    of_bins("max", "max", Better::Neither).meaning("Largest bin of the receiver."),
-    ratio_of_bins("min_to_max", "min/max").meaning("Smallest over largest bin of the receiver."),
+        .means("Share of the emitted power that reaches the receiver."),
+    of_bins("mean", "mean", Better::Larger).means("Mean over the bins of the receiver."),
+    of_bins("min", "min", Better::Neither).means("Smallest bin of the receiver."),
+    of_bins("max", "max", Better::Neither).means("Largest bin of the receiver."),
+    ratio_of_bins("min_to_max", "min/max").means("Smallest over largest bin of the receiver."),
     ratio_of_bins("nine_points", "nine points, min/max")
-        .meaning("Smallest over largest of nine points of the receiver, as displays are measured."),
-    ratio_of_bins("thirteen_points", "thirteen points, min/max").meaning(
+        .means("Smallest over largest of nine points of the receiver, as displays are measured."),
+    ratio_of_bins("thirteen_points", "thirteen points, min/max").means(
         "Smallest over largest of thirteen points of the receiver, as displays are measured.",
     ),
     BY_ANGLE[0],
@@ -450,11 +446,11 @@ pub const OF_RECEIVER: [Definition; 10] = [
 /// the angles between the directions in the planes of u and v at which it falls to half of its peak.
 pub const BY_ANGLE: [Definition; 3] = [
     of_bins("axial", "axial", Better::Larger)
-        .meaning("Luminance seen along the normal of the receiver."),
-    angle_of_bins("half_angle_u_deg", "angle of half luminance along u").meaning(
+        .means("Luminance seen along the normal of the receiver."),
+    angle_of_bins("half_angle_u_deg", "angle of half luminance along u").means(
         "Angle between the directions along u at which the luminance falls to half of its peak.",
     ),
-    angle_of_bins("half_angle_v_deg", "angle of half luminance along v").meaning(
+    angle_of_bins("half_angle_v_deg", "angle of half luminance along v").means(
         "Angle between the directions along v at which the luminance falls to half of its peak.",
     ),
 ];
@@ -465,10 +461,10 @@ const fn of_receiver(colour: Definition) -> Definition {
 
 /// Colours of every receiver that has one flux, in the order in which they are read.
 pub const COLOURS_OF_RECEIVER: [Definition; 4] = [
-    of_receiver(colour("u_prime", "u'")).adding_wavelengths().meaning("Chromaticity u' of all light on the receiver."),
-    of_receiver(colour("v_prime", "v'")).adding_wavelengths().meaning("Chromaticity v' of all light on the receiver."),
-    of_receiver(temperature("cct_k", "correlated colour temperature")).meaning("Colour temperature of all light on the receiver."),
-    of_receiver(colour("duv", "Duv")).meaning("Distance of the colour on the receiver from that of a black body: greenish above 0, pinkish below."),
+    of_receiver(colour("u_prime", "u'")).adding_wavelengths().means("Chromaticity u' of all light on the receiver."),
+    of_receiver(colour("v_prime", "v'")).adding_wavelengths().means("Chromaticity v' of all light on the receiver."),
+    of_receiver(temperature("cct_k", "correlated colour temperature")).means("Colour temperature of all light on the receiver."),
+    of_receiver(colour("duv", "Duv")).means("Distance of the colour on the receiver from that of a black body: greenish above 0, pinkish below."),
 ];
 
 /// All figures of receivers.
@@ -563,11 +559,11 @@ mod tests {
     #[test]
     fn every_figure_says_what_it_means() {
         for figure in all().chain(of_receivers()).chain([ENDED]) {
-            let words = figure.words();
+            let words = figure.meaning();
             assert!(words.ends_with('.') && words.len() > 15, "{}: {words}", figure.key);
         }
         assert_eq!(
-            find("cell_min_to_mean").expect("a form").words(),
+            find("cell_min_to_mean").expect("a form").meaning(),
             "Smallest over mean illuminance (U0 of EN 12464-1) on the rectangle between the outermost LEDs."
         );
     }

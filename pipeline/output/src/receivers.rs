@@ -75,9 +75,13 @@ pub(super) fn write(
         let colours = shared.colours.map(|all| &all[number]);
         let output = ReceiverOutput::new(receiver, &powers, colours, shared)?;
         let sums = output.sums(&powers);
+        let by_angle = curves_by_angle(receiver, &powers, shared.units, shared.one_path)?;
         // Files take memory too.
         drop(powers);
-        let of_receiver = output.write(shared)?;
+        let mut of_receiver = output.write(shared)?;
+        if let Some(curves) = by_angle {
+            of_receiver.extend(output.write_by_angle(&curves, shared)?);
+        }
         said.insert(receiver.name().to_owned(), output.describe(&sums, &of_receiver, shared));
         files.extend(of_receiver);
     }
@@ -124,8 +128,6 @@ struct ReceiverOutput<'a> {
     standard_error: Vec<f64>,
     /// By place, of a rectangle: of luminance the mean over directions.
     map: Option<Map>,
-    /// Of luminance by angle: over the angle to the normal.
-    by_angle: Option<Vec<Curve>>,
     colours: Option<ReceiverColours>,
 }
 
@@ -199,7 +201,6 @@ impl<'a> ReceiverOutput<'a> {
                 map = Some(Map::new(quantity.clone(), rows, columns, means, errors)?);
             }
         }
-        let by_angle = curves_by_angle(receiver, powers, units, shared.one_path)?;
         let colours = colours.map(|colours| {
             let (quantity, factor) = scale(&detector.measurement, units.of_colours());
             let places = map.as_ref().map(|map| {
@@ -221,7 +222,6 @@ impl<'a> ReceiverOutput<'a> {
             value,
             standard_error,
             map,
-            by_angle,
             colours,
         })
     }
@@ -296,14 +296,12 @@ impl<'a> ReceiverOutput<'a> {
             files.push(file("png"));
             write_bytes(&folder.join(&files[files.len() - 1]), &picture.png()?)?;
         }
-        files.extend(self.write_by_angle(shared)?);
         files.extend(self.write_colours(shared)?);
         Ok(files)
     }
 
     /// Writes luminance over the angle to the normal, as a table and as a picture.
-    fn write_by_angle(&self, shared: &Shared) -> Result<Vec<PathBuf>> {
-        let Some(curves) = &self.by_angle else { return Ok(Vec::new()) };
+    fn write_by_angle(&self, curves: &[Curve], shared: &Shared) -> Result<[PathBuf; 2]> {
         let name = self.receiver.name();
         let files =
             ["csv", "png"].map(|ending| Path::new(BY_ANGLE).join(format!("{name}.{ending}")));
@@ -322,7 +320,7 @@ impl<'a> ReceiverOutput<'a> {
             peaks: &[],
         })?;
         write_bytes(&shared.folder.join(&files[1]), &picture.png()?)?;
-        Ok(files.into())
+        Ok(files)
     }
 
     /// Writes the array of colours and their picture.

@@ -2,14 +2,11 @@
 //! `full_wave.json` as a file: the far field of a dome's section by three models, and how far two
 //! of them lie from full wave.
 
-use std::path::Path;
-
-use anyhow::Result;
 use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
 
-use super::sealed_file::{self, Writer};
+use super::sealed_file::SealedFile;
 
 /// File under the directory of results.
 pub const FILE: &str = "full_wave.json";
@@ -143,16 +140,18 @@ impl Distance {
     }
 }
 
-impl FullWaveFile {
-    /// Reads the file in `directory`, if there is one.
-    ///
-    /// # Errors
-    /// A file that cannot be read, was altered or is of another layout.
-    pub fn read(directory: &Path) -> Result<Option<Self>> {
-        let writer = Writer { work: "comparison", again: "run full-wave again" };
-        sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
-    }
+impl SealedFile for FullWaveFile {
+    const FILE: &'static str = FILE;
+    const VERSION: u32 = SCHEMA_VERSION;
+    const WORK: &'static str = "comparison";
+    const AGAIN: &'static str = "run full-wave again";
 
+    fn files(&self) -> &[FileRecord] {
+        &self.files
+    }
+}
+
+impl FullWaveFile {
     /// How far hybrid and rays lie from full wave, as a sentence.
     pub fn verdict(&self) -> String {
         let words = |model| {

@@ -30,7 +30,7 @@
 //! | [`figure_entry`], [`shown`] | a figure with its state, and for people |
 //! | [`paired_figure`] | a figure with its replicates, for changes between paired traces |
 //! | `stored_figure` | figures of a model by their keys |
-//! | `sealed_file` | version and hash of a file |
+//! | [`sealed_file`] | version and hash of a file |
 
 pub mod constraint;
 pub mod earlier;
@@ -43,7 +43,7 @@ pub mod paired_figure;
 pub mod published;
 pub mod ray_paths;
 pub mod schema;
-mod sealed_file;
+pub mod sealed_file;
 pub mod shown;
 mod stored_figure;
 pub mod study;

@@ -5,9 +5,7 @@
 //! same problem and seed give the same bytes.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use anyhow::Result;
 use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
@@ -18,7 +16,7 @@ use metrics::{Bounds, Estimate};
 
 use super::figure_entry::FigureEntry;
 use super::schema::Program;
-use super::sealed_file::{self, Writer};
+use super::sealed_file::SealedFile;
 use super::shown;
 
 /// File under the directory of results.
@@ -328,6 +326,17 @@ impl StageEntry {
     }
 }
 
+impl SealedFile for OptimisationFile {
+    const FILE: &'static str = FILE;
+    const VERSION: u32 = SCHEMA_VERSION;
+    const WORK: &'static str = "search";
+    const AGAIN: &'static str = "search again";
+
+    fn files(&self) -> &[FileRecord] {
+        &self.files
+    }
+}
+
 impl OptimisationFile {
     /// Figures of a table for people, those that changed and those of objective and constraints, and
     /// a sentence on the rest.
@@ -348,15 +357,6 @@ impl OptimisationFile {
         let others = count(rest.len(), "other figure");
         let words = (!rest.is_empty()).then(|| format!("{others}: {}", counted.join(", ")));
         (listed.into_iter().map(|(key, figure)| (key.as_str(), figure)).collect(), words)
-    }
-
-    /// Reads the file in `directory`, if there is one.
-    ///
-    /// # Errors
-    /// A file that cannot be read, was altered or is of another layout.
-    pub fn read(directory: &Path) -> Result<Option<Self>> {
-        let writer = Writer { work: "search", again: "search again" };
-        sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
     }
 }
 

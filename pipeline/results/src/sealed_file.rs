@@ -8,35 +8,43 @@ use serde::de::DeserializeOwned;
 
 use design::toml_errors::key_text;
 use files::content_hash;
+use files::provenance::FileRecord;
 
-/// Writer of a file, for messages.
-pub(super) struct Writer {
-    /// Work, such as `search`.
-    pub work: &'static str,
+/// A file of results that holds the version of its layout and the hash of its content, and lists the
+/// files written with it.
+pub trait SealedFile: DeserializeOwned {
+    /// Name under the directory of results.
+    const FILE: &'static str;
+    /// Version of the layout.
+    const VERSION: u32;
+    /// Work that writes it, for messages, such as `search`.
+    const WORK: &'static str;
     /// Remedy of a file of another version, such as `search again`.
-    pub again: &'static str,
+    const AGAIN: &'static str;
+
+    /// Files written with it.
+    fn files(&self) -> &[FileRecord];
+
+    /// Reads the file in `directory`, if there is one.
+    ///
+    /// # Errors
+    /// A file that cannot be read, was altered or is of another layout.
+    fn read(directory: &Path) -> Result<Option<Self>> {
+        let path = directory.join(Self::FILE);
+        if path.exists() { read::<Self>(&path).map(Some) } else { Ok(None) }
+    }
 }
 
-/// The file at `path` in layout `version`, if there is one.
-///
-/// # Errors
-/// A file that cannot be read, was altered or is of another layout.
-pub(super) fn read<T: DeserializeOwned>(
-    path: &Path,
-    version: u32,
-    writer: &Writer,
-) -> Result<Option<T>> {
-    if !path.exists() {
-        return Ok(None);
-    }
+fn read<T: SealedFile>(path: &Path) -> Result<T> {
     let shown = path.display();
     let text = std::fs::read(path).with_context(|| format!("cannot read `{shown}`"))?;
     let json = bsdf::json::parse(&text).with_context(|| format!("`{shown}` is no usable JSON"))?;
     let found = &json["schema_version"];
     ensure!(
-        found == version,
-        "`{shown}`: schema_version: expected {version}, got {found}; {} with this version",
-        writer.again
+        *found == T::VERSION,
+        "`{shown}`: schema_version: expected {}, got {found}; {} with this version",
+        T::VERSION,
+        T::AGAIN
     );
     let (expected, got) =
         std::str::from_utf8(&text).ok().and_then(content_hash::hashes).unwrap_or_default();
@@ -44,9 +52,8 @@ pub(super) fn read<T: DeserializeOwned>(
         !got.is_empty() && expected == got,
         "`{shown}`: {}: it was altered after the {}: its content has SHA-256 {expected}, got {got}",
         content_hash::KEY,
-        writer.work
+        T::WORK
     );
-    let file = serde_path_to_error::deserialize(&json)
-        .map_err(|e| anyhow!("`{shown}`: {}: {}", key_text(e.path()), e.inner()))?;
-    Ok(Some(file))
+    serde_path_to_error::deserialize(&json)
+        .map_err(|e| anyhow!("`{shown}`: {}: {}", key_text(e.path()), e.inner()))
 }

@@ -4,9 +4,7 @@
 //! The reference is `docs/reference/study-file.md`.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use anyhow::Result;
 use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
@@ -14,7 +12,7 @@ use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
 
 use super::figure_entry::FigureEntry;
-use super::sealed_file::{self, Writer};
+use super::sealed_file::SealedFile;
 use super::shown;
 use super::target::{Sought, Verdict};
 
@@ -130,14 +128,14 @@ pub struct SensitivityEntry {
     pub change_per_unit: Estimate,
 }
 
-impl StudyFile {
-    /// Reads the file in `directory`, if there is one.
-    ///
-    /// # Errors
-    /// A file that cannot be read, was altered or is of another layout.
-    pub fn read(directory: &Path) -> Result<Option<Self>> {
-        let writer = Writer { work: "study", again: "run the study again" };
-        sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
+impl SealedFile for StudyFile {
+    const FILE: &'static str = FILE;
+    const VERSION: u32 = SCHEMA_VERSION;
+    const WORK: &'static str = "study";
+    const AGAIN: &'static str = "run the study again";
+
+    fn files(&self) -> &[FileRecord] {
+        &self.files
     }
 }
 

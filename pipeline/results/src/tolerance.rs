@@ -5,9 +5,7 @@
 //! the same analysis and seed give the same bytes.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use anyhow::Result;
 use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
@@ -18,7 +16,7 @@ use metrics::quantity::Unit;
 
 use super::figure_entry::FigureEntry;
 use super::schema::Program;
-use super::sealed_file::{self, Writer};
+use super::sealed_file::SealedFile;
 use super::shown;
 
 /// File under the directory of results.
@@ -96,6 +94,17 @@ pub struct ToleranceFigureEntry {
     /// Shares of the variance; none of a single tolerance, of too few packages, or where the
     /// deviation is not seen.
     pub contributions: Option<ContributionsEntry>,
+}
+
+impl SealedFile for ToleranceResultsFile {
+    const FILE: &'static str = FILE;
+    const VERSION: u32 = SCHEMA_VERSION;
+    const WORK: &'static str = "analysis";
+    const AGAIN: &'static str = "analyse again";
+
+    fn files(&self) -> &[FileRecord] {
+        &self.files
+    }
 }
 
 impl ToleranceResultsFile {
@@ -258,17 +267,6 @@ pub struct CumulativeShareEntry {
     pub share: f64,
     /// 95 % interval of the share.
     pub interval_95: [f64; 2],
-}
-
-impl ToleranceResultsFile {
-    /// Reads the file in `directory`, if there is one.
-    ///
-    /// # Errors
-    /// A file that cannot be read, was altered or is of another layout.
-    pub fn read(directory: &Path) -> Result<Option<Self>> {
-        let writer = Writer { work: "analysis", again: "analyse again" };
-        sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
-    }
 }
 
 #[cfg(test)]

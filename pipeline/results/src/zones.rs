@@ -2,9 +2,7 @@
 //! `zones.json` as a file: a backlight with dimming zones, and what a panel before it shows.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
-use anyhow::Result;
 use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
@@ -12,7 +10,7 @@ use metrics::figures::OF_RECEIVER;
 use metrics::quantity::Unit;
 
 use crate::figure_entry::FigureEntry;
-use crate::sealed_file::{self, Writer};
+use crate::sealed_file::SealedFile;
 use crate::shown;
 
 /// File under the directory of results.
@@ -75,16 +73,18 @@ pub struct ZonesFile {
     pub direct: Option<Direct>,
 }
 
-impl ZonesFile {
-    /// Reads `zones.json` in `directory`; none where there is no such file.
-    ///
-    /// # Errors
-    /// A file that cannot be read, was altered or is of another layout.
-    pub fn read(directory: &Path) -> Result<Option<Self>> {
-        let writer = Writer { work: "sum of zones", again: "run zones again" };
-        sealed_file::read(&directory.join(FILE), SCHEMA_VERSION, &writer)
-    }
+impl SealedFile for ZonesFile {
+    const FILE: &'static str = FILE;
+    const VERSION: u32 = SCHEMA_VERSION;
+    const WORK: &'static str = "sum of zones";
+    const AGAIN: &'static str = "run zones again";
 
+    fn files(&self) -> &[FileRecord] {
+        &self.files
+    }
+}
+
+impl ZonesFile {
     /// Names and values for people.
     pub fn lines(&self) -> Vec<(String, String)> {
         let unit = Unit::from_name(&self.unit).unwrap_or(Unit::Relative);

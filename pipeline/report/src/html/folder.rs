@@ -13,6 +13,7 @@ use files::content_hash::{self, sha256_hex};
 use files::provenance::FileRecord;
 use results::FILE;
 use results::schema::ResultsFile;
+use results::sealed_file::SealedFile;
 
 /// A folder of results.
 #[derive(Debug)]
@@ -96,21 +97,6 @@ impl Folder {
     pub fn holds(&self, path: &Path) -> bool {
         is_one_of(&self.directory, &self.results.files, FILE, path)
     }
-}
-
-/// A file of results that holds the hash of its content and lists the files written with it.
-pub trait SealedFile: Sized {
-    /// Name under the directory of results.
-    const FILE: &'static str;
-
-    /// Reads the file in `directory`; none where there is no such file.
-    ///
-    /// # Errors
-    /// A file of another layout, or altered.
-    fn read(directory: &Path) -> Result<Option<Self>>;
-
-    /// Files written with it.
-    fn files(&self) -> &[FileRecord];
 }
 
 /// A folder with a sealed file, checked.

@@ -6,28 +6,15 @@ use std::path::Path;
 use anyhow::Result;
 use serde_json::{Value, json};
 
-use files::provenance::FileRecord;
 use metrics::digits::thousands;
-use results::full_wave::{Distance, FILE, FullWaveFile};
+use results::full_wave::{Distance, FullWaveFile};
 
-use super::folder::{SealedFile, SealedFolder};
+use super::folder::SealedFolder;
 use super::pictures::Album;
 use crate::full_wave::far_field_picture;
 
 /// A folder with a comparison by full wave, checked.
 pub type FullWaveFolder = SealedFolder<FullWaveFile>;
-
-impl SealedFile for FullWaveFile {
-    const FILE: &'static str = FILE;
-
-    fn read(directory: &Path) -> Result<Option<Self>> {
-        Self::read(directory)
-    }
-
-    fn files(&self) -> &[FileRecord] {
-        &self.files
-    }
-}
 
 /// The part of the page on the comparison in `directory`, where there is one.
 ///

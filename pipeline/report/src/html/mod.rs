@@ -27,7 +27,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use folder::{Folder, SealedFile, SealedFolder};
+use folder::{Folder, SealedFolder};
 use maps::shared_range;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
@@ -39,6 +39,7 @@ use tolerance::ToleranceFolder;
 
 use results::full_wave::FullWaveFile;
 use results::schema::PaperFigures;
+use results::sealed_file::SealedFile;
 use results::study::StudyFile;
 use results::tolerance::ToleranceResultsFile;
 use results::zones::ZonesFile;
@@ -123,7 +124,14 @@ impl PageFolder for Folder {
 
 /// A sealed file of which a page is made.
 trait PageFile: SealedFile {
-    fn page(folder: &SealedFolder<Self>) -> Result<Page>;
+    /// Template of the page.
+    const TEMPLATE: &'static str;
+
+    /// Name of what it shows, version of the program that wrote it, and seed.
+    fn head(&self) -> (&str, &str, u64);
+
+    /// Values of the template besides those of the head.
+    fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value>;
 }
 
 impl<T: PageFile> PageFolder for SealedFolder<T> {
@@ -132,7 +140,13 @@ impl<T: PageFile> PageFolder for SealedFolder<T> {
     }
 
     fn page(&self, _: &Source) -> Result<Page> {
-        T::page(self)
+        let (name, version, seed) = self.file.head();
+        let mut values = T::values(self, &mut Album::default())?;
+        values["title"] = format!("batwing: {name}").into();
+        values["style"] = style().into();
+        values["version"] = version.into();
+        values["seed"] = seed.into();
+        Ok(Page { html: rendered(T::TEMPLATE, &values, self.directory())?, tables: (0, 0) })
     }
 }
 
@@ -280,72 +294,64 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
 }
 
 impl PageFile for ToleranceResultsFile {
-    fn page(folder: &SealedFolder<Self>) -> Result<Page> {
-        let file = &folder.file;
-        let mut album = Album::default();
-        let values = json!({
-            "title": format!("batwing: {}", file.name),
-            "style": style(),
-            "version": file.program.version,
-            "seed": file.seed,
-            "tolerance": tolerance::tolerance(&mut album, file)?,
-            "full_wave": full_wave::found(&mut album, folder.directory())?,
-            "provenance": tolerance::provenance(file),
-        });
-        Ok(Page {
-            html: rendered(TOLERANCE_TEMPLATE, &values, folder.directory())?,
-            tables: (0, 0),
-        })
+    const TEMPLATE: &'static str = TOLERANCE_TEMPLATE;
+
+    fn head(&self) -> (&str, &str, u64) {
+        (&self.name, &self.program.version, self.seed)
+    }
+
+    fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
+        Ok(json!({
+            "tolerance": tolerance::tolerance(album, &folder.file)?,
+            "full_wave": full_wave::found(album, folder.directory())?,
+            "provenance": tolerance::provenance(&folder.file),
+        }))
     }
 }
 
 impl PageFile for StudyFile {
-    fn page(folder: &SealedFolder<Self>) -> Result<Page> {
-        let file = &folder.file;
-        let mut album = Album::default();
-        let values = json!({
-            "title": format!("batwing: {}", file.name),
-            "style": style(),
-            "version": file.version,
-            "seed": file.seed,
-            "study": study::study(&mut album, file)?,
-            "full_wave": full_wave::found(&mut album, folder.directory())?,
-            "provenance": study::provenance(file),
-        });
-        Ok(Page { html: rendered(STUDY_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
+    const TEMPLATE: &'static str = STUDY_TEMPLATE;
+
+    fn head(&self) -> (&str, &str, u64) {
+        (&self.name, &self.version, self.seed)
+    }
+
+    fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
+        Ok(json!({
+            "study": study::study(album, &folder.file)?,
+            "full_wave": full_wave::found(album, folder.directory())?,
+            "provenance": study::provenance(&folder.file),
+        }))
     }
 }
 
 impl PageFile for FullWaveFile {
-    fn page(folder: &SealedFolder<Self>) -> Result<Page> {
-        let file = &folder.file;
-        let values = json!({
-            "title": format!("batwing: {}", file.design),
-            "style": style(),
-            "version": file.version,
-            "seed": file.seed,
-            "full_wave": full_wave::full_wave(&mut Album::default(), file)?,
-            "provenance": full_wave::provenance(file),
-        });
-        Ok(Page {
-            html: rendered(FULL_WAVE_TEMPLATE, &values, folder.directory())?,
-            tables: (0, 0),
-        })
+    const TEMPLATE: &'static str = FULL_WAVE_TEMPLATE;
+
+    fn head(&self) -> (&str, &str, u64) {
+        (&self.design, &self.version, self.seed)
+    }
+
+    fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
+        Ok(json!({
+            "full_wave": full_wave::full_wave(album, &folder.file)?,
+            "provenance": full_wave::provenance(&folder.file),
+        }))
     }
 }
 
 impl PageFile for ZonesFile {
-    fn page(folder: &SealedFolder<Self>) -> Result<Page> {
-        let file = &folder.file;
-        let values = json!({
-            "title": format!("batwing: {}", file.design),
-            "style": style(),
-            "version": file.version,
-            "seed": file.seed,
-            "zones": zones::zones(&mut Album::default(), folder)?,
-            "provenance": zones::provenance(file),
-        });
-        Ok(Page { html: rendered(ZONES_TEMPLATE, &values, folder.directory())?, tables: (0, 0) })
+    const TEMPLATE: &'static str = ZONES_TEMPLATE;
+
+    fn head(&self) -> (&str, &str, u64) {
+        (&self.design, &self.version, self.seed)
+    }
+
+    fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
+        Ok(json!({
+            "zones": zones::zones(album, folder)?,
+            "provenance": zones::provenance(&folder.file),
+        }))
     }
 }
 

@@ -8,6 +8,7 @@ use files::content_hash::sha256_hex;
 use metrics::quantity::Unit;
 use results::figure_entry::FigureEntry;
 use results::optimisation::{self, ObjectiveEntry, OptimisationFile, StageEntry, Verdict};
+use results::sealed_file::SealedFile;
 use results::shown::{self, with_error};
 
 use super::folder::{Folder, checked_file};

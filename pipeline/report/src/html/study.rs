@@ -1,33 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The page of a study: best set-up with its targets, set-ups side by side, changes.
 
-use std::path::Path;
-
 use anyhow::Result;
 use serde_json::{Value, json};
 
-use files::provenance::FileRecord;
 use metrics::plural::count;
 use results::shown::{self, named, text};
-use results::study::{FILE, SetupEntry, StudyFigureEntry, StudyFile};
+use results::study::{SetupEntry, StudyFigureEntry, StudyFile};
 use results::target::{Sought, Verdict};
 
-use super::folder::SealedFile;
 use super::models::label;
 use super::pictures::Album;
 use crate::study as pictures;
-
-impl SealedFile for StudyFile {
-    const FILE: &'static str = FILE;
-
-    fn read(directory: &Path) -> Result<Option<Self>> {
-        Self::read(directory)
-    }
-
-    fn files(&self) -> &[FileRecord] {
-        &self.files
-    }
-}
 
 /// Tables and pictures of `file` for the template.
 ///

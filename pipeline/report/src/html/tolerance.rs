@@ -1,21 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The part of the page on a tolerance analysis, where the folder holds one.
 
-use std::path::Path;
-
 use anyhow::Result;
 use serde_json::{Value, json};
 
-use files::provenance::FileRecord;
 use metrics::Bounds;
 use metrics::digits::thousands;
 use metrics::plural::count;
 use results::shown::{self, named};
 use results::tolerance::{
-    BoundEntry, FILE, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry, share_words, unseen,
+    BoundEntry, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry, share_words, unseen,
 };
 
-use super::folder::{SealedFile, SealedFolder};
+use super::folder::SealedFolder;
 use super::models::label;
 use super::pictures::Album;
 use crate::tolerance::distribution_picture;
@@ -25,18 +22,6 @@ const LISTED: usize = 12;
 
 /// A folder with a tolerance analysis, checked.
 pub type ToleranceFolder = SealedFolder<ToleranceResultsFile>;
-
-impl SealedFile for ToleranceResultsFile {
-    const FILE: &'static str = FILE;
-
-    fn read(directory: &Path) -> Result<Option<Self>> {
-        Self::read(directory)
-    }
-
-    fn files(&self) -> &[FileRecord] {
-        &self.files
-    }
-}
 
 /// Tables and the picture of `file` for the template.
 ///

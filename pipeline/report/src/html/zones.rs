@@ -1,37 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The page of a sum of dimming zones: figures, backlight and panel, the light of one zone.
 
-use std::path::Path;
-
 use anyhow::{Context, Result};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
-use files::provenance::FileRecord;
 use metrics::digits::{shortest, thousands};
 use metrics::quantity::{Curve, Quantity, Unit};
-use results::zones::{FILE, MAPS, SPREAD, ZonesFile};
+use results::zones::{MAPS, SPREAD, ZonesFile};
 
-use super::folder::{SealedFile, SealedFolder};
+use super::folder::SealedFolder;
 use super::models::{Columns, label};
 use super::pictures::Album;
 use crate::plots::{Heading, LineColours, Section, cross_section};
 
 /// A folder with a sum of zones, checked.
 pub type ZonesFolder = SealedFolder<ZonesFile>;
-
-impl SealedFile for ZonesFile {
-    const FILE: &'static str = FILE;
-
-    fn read(directory: &Path) -> Result<Option<Self>> {
-        Self::read(directory)
-    }
-
-    fn files(&self) -> &[FileRecord] {
-        &self.files
-    }
-}
 
 /// Figures and pictures of `folder` for the template.
 ///

@@ -21,11 +21,13 @@ use super::Observation;
 use super::reader::{Column, Reader, of_width, unit_of_receiver};
 use crate::units::Units;
 
+/// Azimuths of which a plane takes half at most, so that it is not the mean of all.
+const MIN_AZIMUTHS: usize = 8;
 /// Planes in which luminance is read, with the azimuths of their halves, degrees.
 const PLANES: [(&str, [f64; 2]); 2] = [("plane of u", [0.0, 180.0]), ("plane of v", [90.0, 270.0])];
 
 /// Curves of luminance over the angle to the normal, W/(m² sr) or cd/m²: the mean over azimuth and, of
-/// four azimuths or more, means of both halves of the planes of u and v. The power of one path is
+/// eight azimuths or more, means of both halves of the planes of u and v. The power of one path is
 /// `one_path`, W. `None` of a receiver without fine bins of angle about its normal, or in the dark.
 ///
 /// # Errors
@@ -36,12 +38,12 @@ pub fn curves_by_angle(
     units: Units,
     one_path: f64,
 ) -> Result<Option<Vec<Curve>>> {
-    let Some(reader) = AngleReader::new(0, receiver, units) else { return Ok(None) };
-    let of_directions = reader.by_direction(powers);
+    let Some(profile) = AngleProfile::new(receiver) else { return Ok(None) };
+    let of_directions = profile.by_direction(powers);
     if of_directions.total().iter().sum::<f64>() <= 0.0 {
         return Ok(None);
     }
-    let rings = reader.readings[0].recorded;
+    let rings = profile.readings[0].recorded;
     // The least part of a ring that a curve is read from is two bins.
     let curve = |name: &str, share: f64, read: &(dyn Fn(&[f64]) -> Vec<f64> + Sync)| {
         let seen = of_directions.map(read);
@@ -49,7 +51,7 @@ pub fn curves_by_angle(
         let of_ring = |k: usize| {
             let value = Estimate::new(seen.total()[k], errors[k]);
             let bin = k * rings.azimuths;
-            let one_path = one_path * reader.per_intensity[bin] / (share * rings.ring_sr(k));
+            let one_path = one_path * profile.per_intensity[bin] / (share * rings.ring_sr(k));
             with_one_path(value, one_path).times(units.per_radiance())
         };
         let all: Vec<Estimate> = (0..rings.polar).map(of_ring).collect();
@@ -57,7 +59,7 @@ pub fn curves_by_angle(
         let errors: Vec<f64> = all.iter().map(|e| e.standard_error).collect();
         Curve::new(name, rings.centres_deg(), values, errors)
     };
-    let planes = PLANES.iter().filter(|_| rings.azimuths >= 4);
+    let planes = PLANES.iter().filter(|_| rings.azimuths >= MIN_AZIMUTHS);
     let planes = planes.map(|(name, azimuths_deg)| {
         let share = 2.0 / rings.azimuths as f64;
         curve(name, share, &|powers: &[f64]| rings.half_planes(powers, azimuths_deg))
@@ -81,19 +83,17 @@ pub(super) fn angles_of_profile(receiver: &CheckedReceiver) -> Option<Angles> {
     (is_fine && receiver.stated.kind.is_by_angle()).then_some(*angles)
 }
 
-/// Figures of luminance by the angle to the normal, over the whole rectangle.
-pub(super) struct AngleReader<'a> {
-    number: usize,
+/// Luminance by the angle to the normal, over the whole rectangle.
+struct AngleProfile<'a> {
     receiver: &'a CheckedReceiver,
-    units: Units,
     /// In the planes of u and v. What it takes for intensity is luminance.
     readings: [FarFieldReading; 2],
     /// Factor on the power in each direction that makes its intensity luminance.
     per_intensity: Vec<f64>,
 }
 
-impl<'a> AngleReader<'a> {
-    pub fn new(number: usize, receiver: &'a CheckedReceiver, units: Units) -> Option<Self> {
+impl<'a> AngleProfile<'a> {
+    fn new(receiver: &'a CheckedReceiver) -> Option<Self> {
         let angles = angles_of_profile(receiver)?;
         let (directions, edges) = (angles.bins(), angles.theta_edges_deg());
         let measures = receiver.detector.measures();
@@ -118,9 +118,7 @@ impl<'a> AngleReader<'a> {
             symmetry: Symmetry::Rectangle,
         };
         Some(Self {
-            number,
             receiver,
-            units,
             readings: [0.0, 90.0].map(reading),
             per_intensity: per_intensity.collect(),
         })
@@ -137,26 +135,39 @@ impl<'a> AngleReader<'a> {
     }
 }
 
+/// Figures of such a profile.
+pub(super) struct AngleReader<'a> {
+    number: usize,
+    units: Units,
+    profile: AngleProfile<'a>,
+}
+
+impl<'a> AngleReader<'a> {
+    pub fn new(number: usize, receiver: &'a CheckedReceiver, units: Units) -> Option<Self> {
+        AngleProfile::new(receiver).map(|profile| Self { number, units, profile })
+    }
+}
+
 impl Reader for AngleReader<'_> {
     fn columns(&self) -> Vec<Column> {
         let of = |figure: Definition| {
             let unit = unit_of_receiver(figure, ReceiverKind::Luminance);
-            Column::new(figure.of_receiver(self.receiver.name()), unit, &self.units)
+            Column::new(figure.of_receiver(self.profile.receiver.name()), unit, &self.units)
         };
         BY_ANGLE.map(of).into()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
-        Some(Cow::Owned(self.by_direction(seen.receivers.get(self.number)?)))
+        Some(Cow::Owned(self.profile.by_direction(seen.receivers.get(self.number)?)))
     }
 
     fn values(&self, powers: &[f64]) -> Vec<f64> {
-        let [u, v] = self.readings.map(|reading| reading.plain(powers));
+        let [u, v] = self.profile.readings.map(|reading| reading.plain(powers));
         vec![u[5], u[3], v[3]]
     }
 
     fn entries(&self, powers: &Grouped) -> Vec<FigureEntry> {
-        let [u, v] = self.readings.map(|reading| reading.figures(powers));
+        let [u, v] = self.profile.readings.map(|reading| reading.figures(powers));
         // Nothing is read without light.
         if u.peak_w_per_sr.value <= 0.0 {
             return Vec::new();
@@ -166,7 +177,7 @@ impl Reader for AngleReader<'_> {
     }
 
     fn one_path(&self, power: f64) -> Vec<f64> {
-        let rings = self.readings[0].recorded;
-        vec![power * self.per_intensity[0] / rings.ring_sr(0)]
+        let rings = self.profile.readings[0].recorded;
+        vec![power * self.profile.per_intensity[0] / rings.ring_sr(0)]
     }
 }
