@@ -211,13 +211,14 @@ const MAX_UNCERTAIN: f64 = 1.0 / 6.0;
 /// Paths of which one more is felt.
 const FEW: f64 = 10.0;
 
-/// Fewest bins between the axis and the end of a beam that is resolved, and the number from which on
-/// their width tells nothing.
+/// Fewest bins of half a [lobe] that is resolved, and the number from which on their width tells
+/// nothing.
 const COARSE: f64 = 4.0;
-/// Bins below which a beam about the axis may lie within one; elsewhere two may share it.
+const FINE: f64 = 16.0;
+/// Bins of half a lobe below which one about the axis may lie within the first, and one elsewhere within
+/// the two that share it.
 const WITHIN_ONE: f64 = 1.2;
 const WITHIN_TWO: f64 = 1.45;
-const FINE: f64 = 16.0;
 /// What bins twice as wide change over the error of bins, which grows with the square of their width.
 const DOUBLED: f64 = 3.0;
 
