@@ -88,8 +88,9 @@ fn a_lambertian_plane_has_one_luminance_at_every_angle() {
 fn half_of_the_axial_luminance_is_where_the_cosines_say() {
     // Luminance over the rectangle: intensity cos⁵ over the cosine.
     let text = format!(
-        "{ROOM}sources = [{{ name = \"point\", kind = \"cosine\", exponent = 5.0, position_mm = [0.0, 0.0, 1.0] }}]\n{}",
-        receiver("all", "theta_bin_deg = 2.0\nphi_bin_deg = 30.0")
+        "{ROOM}sources = [{{ name = \"point\", kind = \"cosine\", exponent = 5.0, position_mm = [0.0, 0.0, 1.0] }}]\n{}{}",
+        receiver("all", "theta_bin_deg = 2.0\nphi_bin_deg = 30.0"),
+        receiver("quarters", "theta_bin_deg = 2.0\nphi_bin_deg = 90.0")
     );
     let figure = figures(&text, 1_600_000);
     let half = 2.0 * 0.5_f64.powf(0.25).acos().to_degrees();
@@ -99,6 +100,9 @@ fn half_of_the_axial_luminance_is_where_the_cosines_say() {
         let allowed = 0.3 + 3.0 * found.standard_error;
         assert!((found.value - half).abs() < allowed, "{key}: {found:?} for {half}");
     }
+    // Quarters of the azimuth have no planes.
+    assert!(figure("axial.quarters").is_some());
+    assert_eq!(figure("half_angle_u_deg.quarters"), None);
     // Few paths do not resolve it, and say so.
     let few = figures(&text, 1000);
     let (_, interval) = few("half_angle_u_deg.all").expect("a figure");

@@ -54,7 +54,7 @@ const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
 /// Called for a number, with the digits that it stands for.
 type Seen<'a, 'i> = &'a mut dyn FnMut(&mut DeValue<'i>, String);
 
-/// Calls `see` for every number of `table` such as `2e6`, with an exponent and without a fraction.
+/// Calls `see` for every number of `table` such as `2e6` or `3.0`, without a fraction.
 fn whole_numbers<'i>(table: &mut DeTable<'i>, see: Seen<'_, 'i>) {
     for (_, entry) in table.iter_mut() {
         whole_number(entry.get_mut(), see);
@@ -64,8 +64,7 @@ fn whole_numbers<'i>(table: &mut DeTable<'i>, see: Seen<'_, 'i>) {
 fn whole_number<'i>(value: &mut DeValue<'i>, see: Seen<'_, 'i>) {
     match value {
         DeValue::Float(float) => {
-            let text = float.as_str();
-            let number = text.parse::<f64>().ok().filter(|_| text.contains(['e', 'E']));
+            let number = float.as_str().parse::<f64>().ok();
             let is_whole = |number: &f64| number.fract() == 0.0 && number.abs() <= MAX_WHOLE;
             if let Some(number) = number.filter(is_whole) {
                 see(value, format!("{number:.0}"));

@@ -2,7 +2,7 @@
 //! Progress, messages and results, each on its stream: progress and messages on standard error,
 //! results on standard output.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Mutex, PoisonError};
@@ -15,6 +15,20 @@ use crate::control_characters::printable;
 
 /// Warnings that [`warn_once`] has given.
 static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
+
+/// Sizes of the warnings that [`is_news`] has let through.
+static LARGEST: Mutex<BTreeMap<String, f64>> = Mutex::new(BTreeMap::new());
+
+/// True of the first warning called `name` in a process, and of one of twice the size of the last that
+/// was: a search traces thousands of designs that share a fault.
+pub fn is_news(name: &str, size: f64) -> bool {
+    let mut largest = LARGEST.lock().unwrap_or_else(PoisonError::into_inner);
+    let is_news = largest.get(name).is_none_or(|last| size >= 2.0 * last);
+    if is_news {
+        largest.insert(name.to_owned(), size);
+    }
+    is_news
+}
 
 /// Prints a warning about a file on standard error, the same one once in a process: studies read
 /// their files for every design.

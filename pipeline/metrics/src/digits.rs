@@ -98,7 +98,7 @@ pub fn shortest(number: f64) -> String {
     if number == 0.0 {
         return "0".into();
     }
-    if number.is_finite() && !(1e-9..1e15).contains(&number.abs()) {
+    if number.is_finite() && !(1e-5..1e15).contains(&number.abs()) {
         let power = exponent(number.abs(), 5);
         return format!("{}e{power}", shortest(over_power(number, power)));
     }
@@ -175,7 +175,8 @@ mod tests {
             (1e-300, "1e-300"),
             (-2.345_678_9e-12, "-2.34568e-12"),
             (3.0e15, "3e15"),
-            (1.5e-9, "0.0000000015"),
+            (1.5e-9, "1.5e-9"),
+            (2e-5, "0.00002"),
             (123_456_789.0, "123457000"),
         ] {
             assert_eq!(shortest(number), text);

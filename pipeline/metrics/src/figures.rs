@@ -100,6 +100,7 @@ impl Definition {
             Unit::Degree if self.heading.is_none() => (360.0, "degrees"),
             Unit::Degree => (180.0, "degrees"),
             Unit::Fraction | Unit::Relative => (1.0, "a fraction"),
+            Unit::Ratio => (1e30, "a fraction"),
             _ => (1e30, "a number"),
         }
     }
@@ -474,11 +475,11 @@ pub fn of_receivers() -> impl Iterator<Item = Definition> {
 
 /// The figure of a form of uniformity.
 pub fn of_form(form: RegionForm) -> Definition {
-    let better = match form.form {
-        Form::Variation => Better::Smaller,
-        _ => Better::Larger,
+    let (unit, better) = match form.form {
+        Form::Variation => (Unit::Ratio, Better::Smaller),
+        _ => (Unit::Fraction, Better::Larger),
     };
-    figure(form.key, form.label, Unit::Fraction, Source::Map, better).scaled(FORM_SCALE)
+    figure(form.key, form.label, unit, Source::Map, better).scaled(FORM_SCALE)
 }
 
 /// All figures whose key needs no name: those of the far field, of the map, extraction, the other

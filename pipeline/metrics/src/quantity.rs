@@ -39,8 +39,10 @@ pub enum Unit {
     Lumen,
     /// Kelvins (colour temperature).
     Kelvin,
-    /// A ratio, stored as a fraction of one; shown to people as a percentage in tables.
+    /// A share from 0 to 1; shown to people as a percentage in tables.
     Fraction,
+    /// A ratio from 0 without an upper end, stored and shown as a share is.
+    Ratio,
     /// A number relative to a reference that the label names, for example the maximum of a curve.
     Relative,
 }
@@ -88,7 +90,7 @@ impl Unit {
             Self::CandelaPerSquareMetre => "cd_per_m2",
             Self::Lumen => "lm",
             Self::Kelvin => "k",
-            Self::Fraction | Self::Relative => "",
+            Self::Fraction | Self::Ratio | Self::Relative => "",
         }
     }
 
@@ -110,8 +112,13 @@ impl Unit {
             Self::CandelaPerSquareMetre => "cd/m²",
             Self::Lumen => "lm",
             Self::Kelvin => "K",
-            Self::Fraction | Self::Relative => "",
+            Self::Fraction | Self::Ratio | Self::Relative => "",
         }
+    }
+
+    /// True if people see it as a percentage.
+    pub fn is_percentage(self) -> bool {
+        matches!(self, Self::Fraction | Self::Ratio)
     }
 }
 

@@ -433,7 +433,8 @@ impl LevelEstimates {
         }
         let both = Estimate::between(plain, crossed, halves);
         if one_more > halves {
-            return both.with_bias((FEW_PATHS * one_more).max(of_places));
+            let reach = if self.is_of_places[region] { self.reach(region, &figure) } else { 0.0 };
+            return both.with_bias((FEW_PATHS * one_more).max(of_places).max(reach));
         }
         let both = Estimate::between(plain, crossed, halves.hypot(one_more));
         if self.is_of_places[region] && both.is_resolved() {
@@ -479,16 +480,40 @@ impl LevelEstimates {
     fn noise_of_places(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> f64 {
         let levels = self.crossed[region];
         let noise = |read: fn(&Levels) -> f64| {
-            let of_map = self.one_more[region];
-            let (level, held) = (read(&self.plain[region]), self.left_out(region, read));
-            let few = FEW_OF_PLACE * of_map;
-            let one_path = (held * held + few * of_map) / (level + few);
+            let one_path = self.one_path(region, read);
             ((read(&levels) + one_path) * one_path).max(0.0).sqrt()
         };
         let lower = Levels { low: levels.low + noise(|of| of.low), ..levels };
         let higher = Levels { high: levels.high + noise(|of| of.high), ..levels };
         let [lower, higher] = [lower, higher].map(|moved| figure(&moved) - figure(&levels));
         lower.hypot(higher)
+    }
+
+    /// Half the change of a figure by the largest that the lowest of few places and the smallest that the
+    /// highest may be: three paths of an empty place, which may lie on all axes of symmetry, and two
+    /// standard errors of others.
+    fn reach(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> f64 {
+        let (levels, plain) = (self.crossed[region], self.plain[region]);
+        let [of_low, of_high] =
+            [|of: &Levels| of.low, |of: &Levels| of.high].map(|read| self.one_path(region, read));
+        // Below one path there is nothing that tells how much one is.
+        let of_map = self.one_more[region];
+        let of_low = if plain.low > of_map { of_low } else { MOST_IMAGES * of_map };
+        let far = Levels {
+            low: levels.low + 2.0 * (levels.low * of_low).sqrt() + 2.0 * FEW_PATHS * of_low,
+            high: (levels.high - 2.0 * (levels.high * of_high).sqrt()).max(levels.mean),
+            ..levels
+        };
+        0.5 * (figure(&far) - figure(&levels)).abs()
+    }
+
+    /// What one path adds at the place of a level: its variance over the level, shrunk to that of the
+    /// map where few paths told it.
+    fn one_path(&self, region: usize, read: fn(&Levels) -> f64) -> f64 {
+        let of_map = self.one_more[region];
+        let (level, held) = (read(&self.plain[region]), self.left_out(region, read));
+        let few = FEW_OF_PLACE * of_map;
+        (held * held + few * of_map) / (level + few)
     }
 
     fn left_out(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> f64 {
@@ -536,6 +561,8 @@ const MIN_HALVINGS: usize = 7;
 /// Paths at the smallest place that bound it together with two standard errors, where one decides.
 const FEW_PATHS: f64 = 1.5;
 
+/// Images of a path at a place on all axes of symmetry, where all are one.
+const MOST_IMAGES: f64 = 8.0;
 /// Paths at one place that say as much about its noise as the whole map.
 const FEW_OF_PLACE: f64 = 4.0;
 

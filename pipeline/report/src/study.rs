@@ -94,7 +94,7 @@ pub fn change_picture(study: &StudyFile, figure: &str) -> Result<Option<Picture>
         Heading::new(format!("{}: change of {words}", study.name), "each set-up against the base");
     // Percentages differ by points.
     let axis = match unit {
-        Unit::Fraction => (format!("change of {words} ({symbol})"), Unit::Relative),
+        unit if unit.is_percentage() => (format!("change of {words} ({symbol})"), Unit::Relative),
         other => (format!("change of {words}"), other),
     };
     marked_lines(&heading, &axis.0, axis.1, &lines).map(Some)

@@ -135,6 +135,12 @@ impl FigureEntry {
         Self { interval, ..self }
     }
 
+    /// A sum of figures, of which 0 is a value as others, with its ends where it is known between ends
+    /// alone.
+    pub fn of_sum(sum: Estimate, interval: Option<[f64; 2]>) -> Self {
+        Self { interval, upper_bound: None, ..Self::new(sum) }
+    }
+
     /// A figure that has this estimate and nothing else.
     pub fn new(estimate: Estimate) -> Self {
         Self {

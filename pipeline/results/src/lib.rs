@@ -258,7 +258,7 @@ impl ModelResult {
     fn units(&self) -> BTreeMap<String, String> {
         let figures = self.figures.iter().map(|figure| {
             let unit = match figure.unit {
-                Unit::Fraction | Unit::Relative => "1",
+                other if other.suffix().is_empty() => "1",
                 other => other.suffix(),
             };
             (figure.key.to_string(), unit.to_owned())

@@ -76,7 +76,7 @@ pub struct ObjectiveEntry {
     /// Best value that the search saw in the run of the design; none where the start was selected.
     pub in_search: Option<f64>,
     /// When it was selected.
-    pub at_selection: Option<Estimate>,
+    pub at_selection: Option<FigureEntry>,
     /// Verified, of the design found, with `set` of the last stage.
     pub as_in_search: FigureEntry,
     /// `as_in_search` less `in_search`.
@@ -286,7 +286,7 @@ pub struct GenerationEntry {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MissedCandidate {
     /// Its objective, as the search saw it.
-    pub objective: Estimate,
+    pub objective: FigureEntry,
     /// Its variables with their values, for people.
     pub variables: Vec<String>,
     /// Constraints that it misses, each with by how much.
@@ -304,6 +304,9 @@ pub struct FinalCandidateEntry {
     pub value: Option<f64>,
     /// Standard error.
     pub standard_error: Option<f64>,
+    /// Its ends, where a figure of it is known between ends alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
     /// True if it meets the constraints.
     pub feasible: bool,
     /// Constraints that it misses, each with by how much.
@@ -311,14 +314,22 @@ pub struct FinalCandidateEntry {
     pub misses: Vec<String>,
 }
 
+impl FinalCandidateEntry {
+    /// The objective with its state; `None` of one that was refused.
+    pub fn objective(&self) -> Option<FigureEntry> {
+        let estimate = Estimate::new(self.value?, self.standard_error?);
+        Some(FigureEntry::of_sum(estimate, self.interval))
+    }
+}
+
 impl StageEntry {
     /// The best candidate of the selection of each run, by its number.
-    pub fn runs(&self) -> Vec<(usize, Estimate)> {
-        let mut runs: Vec<(usize, Estimate)> = Vec::new();
+    pub fn runs(&self) -> Vec<(usize, FigureEntry)> {
+        let mut runs: Vec<(usize, FigureEntry)> = Vec::new();
         for one in self.final_candidates.iter().filter(|one| one.run > 0) {
             let known = runs.iter().any(|(run, _)| *run == one.run);
-            if let (Some(value), Some(error), false) = (one.value, one.standard_error, known) {
-                runs.push((one.run, Estimate::new(value, error)));
+            if let (Some(objective), false) = (one.objective(), known) {
+                runs.push((one.run, objective));
             }
         }
         runs.sort_by_key(|(run, _)| *run);

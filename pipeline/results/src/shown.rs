@@ -27,7 +27,7 @@ pub fn named(key: &str) -> (String, Unit) {
     };
     let is_of_light = figure.is_absolute || figure.source == Source::Receiver;
     let unit = match figure.unit {
-        unit @ (Unit::Fraction | Unit::Degree) => unit,
+        unit if unit.is_percentage() || unit == Unit::Degree => unit,
         _ if is_of_light => Unit::Relative,
         unit => unit,
     };
@@ -44,7 +44,7 @@ pub fn named(key: &str) -> (String, Unit) {
 /// Factor from a stored value to the one shown, and the symbol of its unit.
 pub fn shown_unit(unit: Unit) -> (f64, &'static str) {
     match unit {
-        Unit::Fraction => (100.0, "%"),
+        unit if unit.is_percentage() => (100.0, "%"),
         other => (1.0, other.symbol()),
     }
 }
@@ -90,7 +90,7 @@ pub fn number(entry: &FigureEntry, unit: Unit) -> String {
 
 /// What rounding of a value in the unit shown is compared with.
 fn whole(value: f64, unit: Unit) -> f64 {
-    if unit == Unit::Fraction { shown_unit(unit).0 } else { value.abs() }
+    if unit.is_percentage() { shown_unit(unit).0 } else { value.abs() }
 }
 
 /// True of a change of a figure that is above rounding.
@@ -131,7 +131,7 @@ pub fn estimate(value: Estimate, unit: Unit) -> String {
 /// percentages differ by points.
 pub fn unit_of_differences(unit: Unit) -> (f64, &'static str) {
     match unit {
-        Unit::Fraction => (100.0, "points"),
+        unit if unit.is_percentage() => (100.0, "points"),
         other => (1.0, other.symbol()),
     }
 }
@@ -300,6 +300,7 @@ mod tests {
         // No share is above 1, whatever its error.
         let even = Estimate::between(0.92, 1.02, 0.01);
         assert_eq!(estimate(even, Unit::Fraction), "85 to 100 %");
+        assert_eq!(estimate(Estimate::between(0.9, 1.3, 0.1), Unit::Ratio), "60 to 160 %");
         assert_eq!(estimate(even, Unit::Lux), "0.85 to 1.09 lx");
         assert_eq!(estimate(Estimate::new(0.0, 2.0), Unit::Degree), "0.0 ± 2.0 °");
         let axial = FigureEntry { peak_place: PeakPlace::OnAxis, ..bin };

@@ -353,7 +353,8 @@ fn converted(design: &Design) -> String {
 /// Effect of a surface on light from either side, in words.
 fn scatters(law: &ScatterLaw) -> String {
     let shares = |transmitted: f64, reflected: f64| {
-        let absorbed = shortest((1.0 - transmitted - reflected).max(0.0));
+        let rest = 1.0 - transmitted - reflected;
+        let absorbed = shortest(if rest > 4.0 * f64::EPSILON { rest } else { 0.0 });
         format!("{transmitted} transmitted, {reflected} reflected, {absorbed} absorbed")
     };
     match law {

@@ -57,7 +57,7 @@ impl FromStr for ErrorTarget {
         };
         let (figure, error) = text.split_once('=').ok_or_else(expected)?;
         let unit = figures::find(figure).ok_or_else(expected)?.unit;
-        let is_share = matches!(unit, Unit::Fraction | Unit::Relative);
+        let is_share = unit.is_percentage() || unit == Unit::Relative;
         let (number, unit) = match error.strip_suffix('%') {
             Some(_) if unit == Unit::Degree => {
                 return Err(format!("expected the error of {figure} in degrees, without %"));

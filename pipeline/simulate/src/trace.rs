@@ -12,6 +12,7 @@ use design::resolved::medium::Medium;
 use design::resolved::trace_key::ReliefModel;
 use files::cache::Key;
 use files::interrupt::Interrupted;
+use files::progress::is_news;
 use files::run_context::RunContext;
 use files::store::{Entries, Store};
 use metrics::digits::significant;
@@ -68,13 +69,21 @@ impl TraceJob<'_> {
         bar.finish_and_clear();
         let observations = observed?;
         for (account, share) in given_up(&observations[0]) {
-            // Traces of searches and studies have no name of their own.
-            let of = if self.what.is_empty() { &self.design.name } else { self.what };
+            let file = &self.design.provenance.file;
+            // Traces of searches and studies have no name of their own, and are many.
+            let is_one_of_many = self.what.is_empty();
+            if is_one_of_many && !is_news(&format!("{file}, {account}"), share) {
+                continue;
+            }
+            let (of, rule) = if is_one_of_many {
+                (&*self.design.name, "; said again where it is twice as much")
+            } else {
+                (self.what, "")
+            };
             let how = account.trim_start_matches("lost_").replace('_', " ");
             let cure = if account == TOO_MANY { cure(self.design) } else { String::new() };
             context.console.warn(&format!(
-                "{}, {of}: {} % of the power is lost ({how}), and no figure holds it{cure}",
-                self.design.provenance.file,
+                "{file}, {of}: {} % of the power is lost ({how}), and no figure holds it{cure}{rule}",
                 significant(100.0 * share)
             ));
         }

@@ -95,6 +95,7 @@ fn errors_are_the_scatter_over_seeds_or_not_resolved() {
         ("boxes", &boxes, 100_000),
         ("chips", &chips, 30_000),
         ("colours", &colours, 30_000),
+        ("domes", &domes, 3000),
         ("domes", &domes, 10_000),
         ("domes", &domes, 30_000),
         ("lenses", &lenses, 60_000),

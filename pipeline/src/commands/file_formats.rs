@@ -129,6 +129,21 @@ pub struct CellSteps {
     pub samples: u16,
 }
 
+impl CellSteps {
+    /// Its options, and whether each differs from its default.
+    pub fn given(&self) -> [(&'static str, bool); 5] {
+        let plain = Self::default();
+        let differs = |step: f64, plain: f64| step.to_bits() != plain.to_bits();
+        [
+            ("--incidence-step", differs(self.incidence_step, plain.incidence_step)),
+            ("--azimuth-step", differs(self.azimuth_step, plain.azimuth_step)),
+            ("--scatter-step", differs(self.scatter_step, plain.scatter_step)),
+            ("--tree-log2", self.tree_log2 != plain.tree_log2),
+            ("--samples", self.samples != plain.samples),
+        ]
+    }
+}
+
 impl Default for CellSteps {
     fn default() -> Self {
         Self {

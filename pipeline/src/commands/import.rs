@@ -93,13 +93,23 @@ pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
         "--rays: expected a file of rays, got {}",
         content.format()
     );
-    let options_of_tables = (arguments.steps, [arguments.index_inner, arguments.index_outer]);
     let is_table = matches!(content, Content::Orders(_) | Content::Scatter(_));
+    let of_tables = [
+        ("--index-inner", arguments.index_inner.to_bits() != INDEX.to_bits()),
+        ("--index-outer", arguments.index_outer.to_bits() != INDEX.to_bits()),
+        ("--from", arguments.from != FROM),
+    ];
+    let given: Vec<&str> = arguments
+        .steps
+        .given()
+        .into_iter()
+        .chain(of_tables)
+        .filter_map(|(name, is_given)| is_given.then_some(name))
+        .collect();
     ensure!(
-        is_table
-            || options_of_tables == (CellSteps::default(), [INDEX; 2]) && arguments.from == FROM,
-        "--incidence-step, --azimuth-step, --scatter-step, --tree-log2, --samples, --index-inner, \
-            --index-outer, --from: expected a file of tables, got {}",
+        is_table || given.is_empty(),
+        "{}: expected a file of tables, got {}",
+        given.join(", "),
         content.format()
     );
     if let Some((out, format)) = format {

@@ -111,6 +111,6 @@ fn answer(
     let seed = request.seed.unwrap_or(context.seed);
     let context = RunContext { seed, ..context };
     let outcome = evaluator.evaluate(&request.point, paths, what, context)?;
-    let candidate = Candidate::new(&request.point, evaluator.variables, &outcome);
+    let candidate = Candidate::new(&request.point, evaluator, &outcome);
     Ok(Answer { id: request.id, candidate })
 }

@@ -15,8 +15,8 @@ use files::atomic_file;
 use results::figure_entry::FigureEntry;
 use search::Point;
 
+use super::evaluate::Evaluator;
 use super::outcome::Outcome;
-use super::variables::Variables;
 
 /// File under the directory of results.
 pub const FILE: &str = "log.jsonl";
@@ -55,6 +55,9 @@ pub(super) struct Candidate {
     pub objective: Option<f64>,
     /// Standard error of the objective.
     pub standard_error: Option<f64>,
+    /// Ends of the objective, where a figure of it is known between ends alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
     /// Figures of objective and constraints.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub figures: BTreeMap<String, FigureEntry>,
@@ -66,7 +69,8 @@ pub(super) struct Candidate {
 }
 
 impl Candidate {
-    pub fn new(point: &[f64], variables: &Variables, outcome: &Outcome) -> Self {
+    pub fn new(point: &[f64], evaluator: &Evaluator<'_>, outcome: &Outcome) -> Self {
+        let variables = evaluator.variables;
         let judged = match outcome {
             Outcome::Evaluated(judged) => Some(judged),
             Outcome::Refused(_) => None,
@@ -79,6 +83,7 @@ impl Candidate {
             value: Some(outcome.value()).filter(|value| value.is_finite()),
             objective: judged.map(|judged| judged.value).filter(|value| value.is_finite()),
             standard_error: judged.map(|judged| judged.estimate().standard_error),
+            interval: judged.and_then(|judged| evaluator.objective.entry(judged).interval),
             figures: figures.map(|(k, f)| (k.clone(), f.entry)).collect(),
             feasible: outcome.feasible().is_some(),
             refused: match outcome {

@@ -455,12 +455,7 @@ fn known_between(
         squares += spread(without_package).powi(2);
     }
     let reach = 2.0 * f64::sqrt(squares);
-    FigureEntry {
-        interval: is_open.then_some([low - reach, high + reach]),
-        // An objective of 0 is a value as others.
-        upper_bound: None,
-        ..FigureEntry::new(sum)
-    }
+    FigureEntry::of_sum(sum, is_open.then_some([low - reach, high + reach]))
 }
 
 /// The key in the registry of figures: `receiver.NAME` is `flux.NAME`.

@@ -85,9 +85,7 @@ impl Optimised {
             change,
             verdict: change.map(|change| Verdict::new(&change, Some(false))),
             in_search,
-            at_selection: selected
-                .selection_error
-                .map(|error| Estimate::new(selected.selection_value, error)),
+            at_selection: selected.entry().objective(),
             bias_of_search: in_search.map(|value| FigureEntry {
                 value: as_in_search.value - value,
                 interval: as_in_search.interval.map(|ends| ends.map(|end| end - value)),
@@ -203,6 +201,7 @@ impl FinalCandidate {
             in_search: Some(self.search_value).filter(|value| *value < INFEASIBLE),
             value: Some(self.selection_value).filter(|v| v.is_finite()),
             standard_error: self.selection_error,
+            interval: self.selection_interval,
             feasible: self.feasible,
             misses: self.misses.clone(),
         }
@@ -242,7 +241,7 @@ fn add_stage(text: &mut String, at: usize, stage: &StageEntry) {
         let _ = writeln!(
             text,
             "  a better objective, {}, misses constraints: {}; with {}",
-            with_error(*objective),
+            shown::number(objective, Unit::Relative),
             misses.join("; "),
             variables.join(", ")
         );
@@ -312,8 +311,10 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
     let runs = file.stages.last().map(StageEntry::runs);
     let runs = runs.unwrap_or_default();
     if runs.len() > 1 {
-        let listed: Vec<String> =
-            runs.iter().map(|(run, e)| format!("{} (run {run})", with_error(*e))).collect();
+        let listed: Vec<String> = runs
+            .iter()
+            .map(|(run, e)| format!("{} (run {run})", shown::number(e, Unit::Relative)))
+            .collect();
         let _ = writeln!(text, "runs of the last stage ended at {}", listed.join(", "));
     }
 }

@@ -16,6 +16,7 @@ use files::progress::Progress;
 use files::run_context::RunContext;
 use metrics::Estimate;
 use metrics::plural::count;
+use results::figure_entry::FigureEntry;
 use results::optimisation::MissedCandidate;
 use search::bipop::{self, Bipop};
 use search::cma_es::{self, CmaEs};
@@ -54,6 +55,8 @@ pub(super) struct FinalCandidate {
     pub selection_value: f64,
     /// Its standard error.
     pub selection_error: Option<f64>,
+    /// Its ends, where a figure of it is known between ends alone.
+    pub selection_interval: Option<[f64; 2]>,
     /// True where all constraints are met.
     pub feasible: bool,
     /// Constraints that it misses, for people.
@@ -89,7 +92,10 @@ impl StageResult {
         let best = best.fold(f64::INFINITY, f64::min);
         let missed = self.missed.as_ref().filter(|one| one.objective.is_some_and(|o| o < best))?;
         Some(MissedCandidate {
-            objective: Estimate::new(missed.objective?, missed.standard_error?),
+            objective: FigureEntry::of_sum(
+                Estimate::new(missed.objective?, missed.standard_error?),
+                missed.interval,
+            ),
             variables: variables.listed(&missed.point),
             misses: objective.missed(&missed.figures),
         })
@@ -292,7 +298,7 @@ impl StageSearch<'_, '_> {
         let outcomes: Vec<Outcome> = place_of.iter().map(|k| traced[*k].clone()).collect();
         let candidates = points.iter().zip(&outcomes);
         let candidates: Vec<Candidate> = candidates
-            .map(|(point, outcome)| Candidate::new(point, self.evaluator.variables, outcome))
+            .map(|(point, outcome)| Candidate::new(point, &self.evaluator, outcome))
             .collect();
         let judged = outcomes.into_iter().filter_map(|one| one.evaluation().ok());
         let noise = noise(&judged.collect::<Vec<_>>(), &self.evaluator.objective.constraints);
@@ -339,6 +345,7 @@ impl StageSearch<'_, '_> {
                 search_value,
                 selection_value: candidate.value(),
                 selection_error: candidate.standard_error,
+                selection_interval: candidate.interval,
                 feasible: candidate.feasible,
                 misses: self.evaluator.objective.missed(&candidate.figures),
             })

@@ -325,6 +325,7 @@ fn generation(number: usize) -> Generation {
         value: (k > 0).then_some(-0.5 / 3.0),
         objective: (k > 0).then_some(-0.5 / 3.0),
         standard_error: (k > 0).then_some(0.01),
+        interval: (k > 0).then_some([-0.3, 0.1]),
         figures: BTreeMap::from([(
             "uniformity".to_owned(),
             FigureEntry::new(Estimate::new(0.7, 0.01)),

@@ -9,7 +9,7 @@ use metrics::quantity::Unit;
 use results::figure_entry::FigureEntry;
 use results::optimisation::{self, ObjectiveEntry, OptimisationFile, StageEntry, Verdict};
 use results::sealed_file::SealedFile;
-use results::shown::{self, with_error};
+use results::shown;
 
 use super::folder::{Folder, checked_file};
 use super::models::Model;
@@ -140,7 +140,7 @@ fn missed(file: &OptimisationFile) -> Vec<String> {
     let words = missed.map(|one| {
         format!(
             "A candidate with a better objective, {}, misses constraints: {}; with {}.",
-            with_error(one.objective),
+            shown::number(&one.objective, Unit::Relative),
             one.misses.join("; "),
             one.variables.join(", ")
         )
@@ -152,7 +152,7 @@ fn missed(file: &OptimisationFile) -> Vec<String> {
 fn runs(file: &OptimisationFile) -> Vec<String> {
     let runs = file.stages.last().map(optimisation::StageEntry::runs);
     let runs = runs.filter(|runs| runs.len() > 1).unwrap_or_default();
-    runs.into_iter().map(|(_, value)| with_error(value)).collect()
+    runs.into_iter().map(|(_, value)| shown::number(&value, Unit::Relative)).collect()
 }
 
 fn constraint(

@@ -74,13 +74,23 @@ const MIN_BINS_OF_ANGLE: usize = 3;
 const MAX_BIN_OF_ANGLE_DEG: f64 = 10.0;
 
 /// Rectangle and directions of a receiver that has figures by angle.
-pub(super) fn angles_of_profile(receiver: &CheckedReceiver) -> Option<Angles> {
+fn angles_of_profile(receiver: &CheckedReceiver) -> Option<Angles> {
     let Measurement::Luminance(_, angles) = &receiver.detector.measurement else {
         return None;
     };
     let is_fine = angles.thetas() >= MIN_BINS_OF_ANGLE
         && angles.theta_edges_deg()[1] <= MAX_BIN_OF_ANGLE_DEG * (1.0 + 1e-9);
     (is_fine && receiver.stated.kind.is_by_angle()).then_some(*angles)
+}
+
+/// Figures by angle of a receiver: none of planes where its azimuths have none.
+pub(super) fn figures_by_angle(receiver: &CheckedReceiver) -> &'static [Definition] {
+    let count = match angles_of_profile(receiver) {
+        Some(angles) if angles.phis() >= MIN_AZIMUTHS => BY_ANGLE.len(),
+        Some(_) => 1,
+        None => 0,
+    };
+    &BY_ANGLE[..count]
 }
 
 /// Luminance by the angle to the normal, over the whole rectangle.
@@ -150,11 +160,12 @@ impl<'a> AngleReader<'a> {
 
 impl Reader for AngleReader<'_> {
     fn columns(&self) -> Vec<Column> {
-        let of = |figure: Definition| {
-            let unit = unit_of_receiver(figure, ReceiverKind::Luminance);
-            Column::new(figure.of_receiver(self.profile.receiver.name()), unit, &self.units)
+        let receiver = self.profile.receiver;
+        let of = |figure: &Definition| {
+            let unit = unit_of_receiver(*figure, ReceiverKind::Luminance);
+            Column::new(figure.of_receiver(receiver.name()), unit, &self.units)
         };
-        BY_ANGLE.map(of).into()
+        figures_by_angle(receiver).iter().map(of).collect()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
@@ -163,7 +174,9 @@ impl Reader for AngleReader<'_> {
 
     fn values(&self, powers: &[f64]) -> Vec<f64> {
         let [u, v] = self.profile.readings.map(|reading| reading.plain(powers));
-        vec![u[5], u[3], v[3]]
+        let mut all = vec![u[5], u[3], v[3]];
+        all.truncate(figures_by_angle(self.profile.receiver).len());
+        all
     }
 
     fn entries(&self, powers: &Grouped) -> Vec<FigureEntry> {

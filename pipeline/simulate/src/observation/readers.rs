@@ -24,7 +24,7 @@ use metrics::{Estimate, Grouped};
 use results::figure_entry::FigureEntry;
 use tracer::Measurement;
 
-use super::by_angle::{AngleReader, angles_of_profile};
+use super::by_angle::{AngleReader, figures_by_angle};
 use super::colour_readers::{ColourReader, ReceiverColourReader};
 use super::map_reader::MapReader;
 use super::reader::{Column, Reader, of_width, unit_of_receiver};
@@ -320,8 +320,7 @@ fn rectangle_of_points(receiver: &CheckedReceiver) -> Option<StatedRectangle> {
 
 /// The figures that a receiver has.
 pub(super) fn figures_of(receiver: &CheckedReceiver) -> impl Iterator<Item = Definition> {
-    let by_angle = angles_of_profile(receiver).map(|_| BY_ANGLE);
-    figures_of_bins(receiver).chain(by_angle.into_iter().flatten())
+    figures_of_bins(receiver).chain(figures_by_angle(receiver).iter().copied())
 }
 
 /// Those that are read from its bins: flux and mean alone of one place, which has no extremes.

@@ -37,7 +37,7 @@ impl PanelAxis {
     /// A linear axis with about `count` ticks. Fractions are numbered in per cent; a common power
     /// of ten moves into the label.
     pub fn linear(quantity: &Quantity, scale: AxisScale, count: usize) -> Self {
-        if quantity.unit() == Unit::Fraction {
+        if quantity.unit().is_percentage() {
             let name = Quantity::new(quantity.name(), Unit::Relative).label();
             return Self::scaled(format!("{name} (%)"), scale, 0.01, count);
         }
