@@ -44,6 +44,10 @@ quantum_yield = 0.8
 emission = { wavelength_nm = [599, 600, 601], power = [1, 1, 1] }
 "#;
 
+/// Light and a receiver for lumens.
+const LUMENS: &str = r#"light = { wavelength_nm = 450.0, weighting = "photometric" }
+receivers = [{ name = "above", kind = "plane", position_mm = [0.0, 0.0, 20.0], size_mm = [9000.0, 9000.0], bins = [1, 1] }]"#;
+
 fn run(folder: &Path, text: &str, out: &str, flags: &[&str]) -> Value {
     let all = run_text(folder, "design", text, out, flags).unwrap_or_else(|e| panic!("{e}"));
     let design = all["designs"].as_object().expect("designs").values().next().cloned();
@@ -72,6 +76,43 @@ fn a_plate_converts_light_as_its_closed_form() {
     let ends: f64 =
         ledger.iter().filter(|(name, _)| is_end(name)).map(|(_, v)| estimate(v).0).sum();
     assert!((ends - 1.0).abs() < 1e-9, "{ends}");
+}
+
+/// Lumens of what leaves, of the light that was not absorbed and of that emitted; the ledger holds watts.
+#[test]
+fn lumens_of_converted_light_are_those_of_its_closed_form() {
+    let folder = tempdir().expect("a folder");
+    let text = PLATE
+        .replace("light = { wavelength_nm = 450.0 }", LUMENS)
+        .replace("reflection = \"absorbing\" }", "reflection = \"absorbing\", power_w = 0.1 }");
+    let found = run(folder.path(), &text, "lumens", &[]);
+    let watts = run(folder.path(), PLATE, "watts", &[]);
+    assert_eq!(found["power_ledger"], watts["power_ledger"]);
+    let absorbed = 1.0 - (-0.5f64).exp();
+    let emitted = 0.5 * absorbed * 0.8 * 450.0 / 600.0;
+    let seen = |nm: f64| metrics::colour_matching::xyz(nm)[1];
+    let lumens = 0.1 * 683.0 * ((1.0 - absorbed) * seen(450.0) + emitted * seen(600.0));
+    let flux = &found["absolute"]["figures"]["flux_up"];
+    let [(above, _), (up, error)] =
+        [estimate(&found["receivers"]["above"]["flux"]), estimate(flux)];
+    assert_eq!(flux["unit"], "lm");
+    assert!(error > 0.0 && (up - lumens).abs() < 4.0 * error + 2e-3 * lumens, "{up} for {lumens}");
+    assert!((0.99..1.0).contains(&(above / up)), "{above} of {up}");
+    assert_eq!(found["receivers"]["above"]["unit"], "lx");
+    assert_eq!(found["absolute"]["emitted"]["emitted_lm"], Value::Null);
+
+    let export = |out: &str| {
+        let folder_of = format!("{out}/plate/geometric");
+        batwing(folder.path())
+            .args(["export", &folder_of, "--format", "ies", "--out", "x.ies", "--json"])
+            .output()
+            .expect("it runs")
+    };
+    let said: Value = serde_json::from_slice(&export("lumens").stdout).expect("JSON");
+    let leaving = said["flux_lm"].as_f64().expect("lumens");
+    assert!((leaving / up - 1.0).abs() < 0.02, "{leaving} for {up}");
+    let said = String::from_utf8(export("watts").stderr).expect("UTF-8");
+    assert!(said.contains("converted light in watts: expected lumens"), "{said}");
 }
 
 #[test]

@@ -15,12 +15,13 @@ use files::formats::photometry::distribution;
 use metrics::far_field::{AngularBins, BinPlacement};
 
 use super::FILE;
+use super::schema::STOKES_LOSS;
 
 /// A far field of a results directory.
 pub struct Stored {
-    /// The far field for 1 W emitted; a photometric one for 1 lm.
+    /// The far field for 1 W emitted; a photometric one for 1 lm, of converted light for 1 lm that leaves.
     pub far: Distribution,
-    /// Lumens that the sources emit, where the design states what they do.
+    /// Lumens that the sources emit, or that leave converted, where the design states what they emit.
     pub emitted_lm: Option<f64>,
 }
 
@@ -28,11 +29,21 @@ pub struct Stored {
 ///
 /// # Errors
 /// If there is none or it has another shape, if `results.json` two directories above does not list
-/// it as it is, or if it is in cd and `results.json` does not say for how many lumens.
+/// it as it is, if it is in cd and `results.json` does not say for how many lumens, or if it is one of
+/// converted light in watts, whose lumens nothing tells.
 pub fn of_results(directory: &Path) -> Result<Stored> {
-    let far = as_it_stands(directory)?;
+    let (far, flux) = as_it_stands(directory)?;
     for file in ["far_field.npy", "far_field.csv"] {
         unaltered(directory, file)?;
+    }
+    let absolute = stated(directory, "/absolute/emitted/emitted_w")?;
+    if converts(directory)? {
+        ensure!(
+            is_in_candela(directory),
+            "`{}`: the far field of converted light in watts: expected lumens, of a run of the design with weighting = \"photometric\"",
+            directory.display()
+        );
+        return Ok(Stored { far, emitted_lm: absolute.map(|_| flux) });
     }
     // The far field of many wavelengths has the shape of its lumens in photometric weighting only.
     let of_spectrum = stated(directory, "/spectrum/emitted/emitted_w")?;
@@ -40,7 +51,6 @@ pub fn of_results(directory: &Path) -> Result<Stored> {
         Some(_) => "/spectrum/emitted/emitted_lm",
         None => "/absolute/emitted/emitted_lm",
     };
-    let absolute = stated(directory, "/absolute/emitted/emitted_w")?;
     Ok(Stored {
         far,
         emitted_lm: match absolute {
@@ -50,12 +60,18 @@ pub fn of_results(directory: &Path) -> Result<Stored> {
     })
 }
 
-/// The far field of a results directory, whether or not a run wrote it so.
-fn as_it_stands(directory: &Path) -> Result<Distribution> {
+/// The far field of a results directory, whether or not a run wrote it so, and the flux that it is one
+/// of.
+fn as_it_stands(directory: &Path) -> Result<(Distribution, f64)> {
     let path = directory.join("far_field.npy");
     let far = read_far_field(&path).with_context(|| path.display().to_string())?;
-    let emitted = emitted(directory)?;
-    Ok(far.scaled(1.0 / emitted))
+    let flux = if is_in_candela(directory) && converts(directory)? {
+        far.flux()
+    } else {
+        emitted(directory)?
+    };
+    ensure!(flux > 0.0, "`{}`: expected light, got none", path.display());
+    Ok((far.scaled(1.0 / flux), flux))
 }
 
 /// Refuses a file of a results directory that is not the one that `results.json` of the run lists,
@@ -102,15 +118,7 @@ fn unaltered(directory: &Path, file: &str) -> Result<()> {
 /// Flux that the sources emit, in the unit of the intensities of a results directory: lumens where they
 /// are in cd, watts where they are in W/sr, as `results.json` of the run says. Without it 1 W.
 fn emitted(directory: &Path) -> Result<f64> {
-    let heading = File::open(directory.join("far_field.csv"))
-        .and_then(|file| {
-            let mut line = String::new();
-            // Longer than any heading.
-            BufReader::new(file.take(4096)).read_line(&mut line)?;
-            Ok(line)
-        })
-        .unwrap_or_default();
-    if !heading.contains("intensity_cd") {
+    if !is_in_candela(directory) {
         return Ok(stated(directory, "/absolute/emitted/emitted_w")?.unwrap_or(1.0));
     }
     stated(directory, "/spectrum/emitted/emitted_lm")?.with_context(|| {
@@ -122,23 +130,48 @@ fn emitted(directory: &Path) -> Result<f64> {
     })
 }
 
+/// True if the heading of `far_field.csv` names candelas.
+fn is_in_candela(directory: &Path) -> bool {
+    let heading = File::open(directory.join("far_field.csv"))
+        .and_then(|file| {
+            let mut line = String::new();
+            // Longer than any heading.
+            BufReader::new(file.take(4096)).read_line(&mut line)?;
+            Ok(line)
+        })
+        .unwrap_or_default();
+    heading.contains("intensity_cd")
+}
+
+/// True if light was converted: its losses have accounts of their own.
+fn converts(directory: &Path) -> Result<bool> {
+    let model = model(directory)?;
+    let accounts = model["power_ledger"].as_object();
+    Ok(accounts.is_some_and(|all| all.keys().any(|account| account.ends_with(STOKES_LOSS))))
+}
+
 /// A flux above 0 under `pointer` of the model whose results directory this is, as `results.json`
 /// of the run says.
 fn stated(directory: &Path, pointer: &str) -> Result<Option<f64>> {
+    let found = model(directory)?.pointer(pointer).and_then(Value::as_f64);
+    Ok(found.filter(|flux| flux.is_finite() && *flux > 0.0))
+}
+
+/// The model whose results directory this is, in `results.json` of the run; null where it is not there.
+fn model(directory: &Path) -> Result<Value> {
     let directory = directory.canonicalize()?;
     let names: Vec<_> = directory.iter().rev().take(2).collect();
-    let found = || -> Option<f64> {
+    let found = || -> Option<Value> {
         let text = std::fs::read(directory.join("../..").join(FILE)).ok()?;
         let json: Value = serde_json::from_slice(&text).ok()?;
         let &[model, design] = names.as_slice() else {
             return None;
         };
-        ["designs", "references"].into_iter().find_map(|group| {
-            let model = json[group].get(design.to_str()?)?.get(model.to_str()?)?;
-            model.pointer(pointer)?.as_f64()
-        })
+        ["designs", "references"]
+            .into_iter()
+            .find_map(|group| json[group].get(design.to_str()?)?.get(model.to_str()?).cloned())
     };
-    Ok(found().filter(|flux| flux.is_finite() && *flux > 0.0))
+    Ok(found().unwrap_or_default())
 }
 
 fn read_far_field(path: &Path) -> Result<Distribution> {
@@ -177,7 +210,7 @@ mod tests {
         });
         ndarray_npy::WriteNpyExt::write_npy(&bins, &mut npy).expect("written");
         std::fs::write(folder.join("far_field.npy"), npy).expect("written");
-        let flux = || as_it_stands(&folder).map(|far| far.flux());
+        let flux = || as_it_stands(&folder).map(|(far, _)| far.flux());
         assert!((flux().expect("W/sr") / 300.0 - 1.0).abs() < 1e-9);
         let heading = "theta_deg,mean_over_azimuth_intensity_cd\n";
         std::fs::write(folder.join("far_field.csv"), heading).expect("written");

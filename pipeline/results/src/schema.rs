@@ -24,6 +24,9 @@ use metrics::extraction::Ledger;
 use super::SCHEMA_VERSION;
 use super::figure_entry::FigureEntry;
 
+/// Ending of the account of the energy that photons which a luminophore emits lack.
+pub const STOKES_LOSS: &str = "stokes_loss";
+
 /// Models of a design, by key.
 pub type ModelEntries = BTreeMap<String, ModelEntry>;
 

@@ -2,6 +2,7 @@
 //! Figures of a stored model by their keys in the registry, wherever `results.json` holds them.
 
 use metrics::figures;
+use metrics::photopic::LUMENS_PER_WATT;
 use metrics::quantity::Unit;
 
 use crate::figure_entry::FigureEntry;
@@ -34,7 +35,8 @@ impl ModelEntry {
         let of_light = self.spectrum.as_ref().map(|spectrum| spectrum.emitted);
         let emitted = of_light.or(self.absolute.as_ref().map(|absolute| absolute.emitted));
         emitted.map_or(1.0, |flux| match unit {
-            Unit::Lumen => flux.emitted_lm.unwrap_or(flux.emitted_w),
+            // Of converted light lumens are shares of those that all power would be at 555 nm.
+            Unit::Lumen => flux.emitted_lm.unwrap_or(flux.emitted_w * LUMENS_PER_WATT),
             _ => flux.emitted_w,
         })
     }

@@ -19,8 +19,6 @@ pub fn absolute(design: &Design, seen: &Observation) -> Option<AbsoluteEntry> {
     };
     let is_absolute = |key: &str| figures::find(key).is_some_and(|figure| figure.is_absolute);
     let all = seen.estimates(design, is_absolute).into_iter();
-    // Lumens that converted light leaves with are no share of those of the source.
-    let all = all.filter(|f| f.key != figures::INTENSITY_PER_KILOLUMEN.key || !design.converts());
     // Nothing is said of flux that cannot be.
     let told = all.filter(|f| f.entry.value > 0.0 || f.entry.upper_bound.is_some());
     let figures = told.map(|Figure { key, unit, entry, .. }| {

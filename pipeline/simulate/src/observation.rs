@@ -33,6 +33,7 @@ use metrics::{Estimate, Grouped, JackknifedFigure, changes};
 use results::Figure;
 use results::figure_entry::FigureEntry;
 use results::paired_figure::PairedFigure;
+use results::schema::STOKES_LOSS;
 
 use self::colours::Colours;
 pub use self::known::{check_figure, unit_in_files, unit_of, why_absent};
@@ -67,6 +68,9 @@ pub struct Observation {
     pub powers: Grouped,
     /// Power in the bins of each receiver of `[[receivers]]`, W.
     pub receivers: Vec<Grouped>,
+    /// Lumens of each account of the ledger over 683, of converted light that is counted in lumens. Map,
+    /// far field and receivers then hold the same in place of watts.
+    pub luminous: Option<Grouped>,
     /// Names of surfaces and media that leave light unpolarised.
     pub depolarised_by: Vec<String>,
     /// Colours, where several wavelengths were put together.
@@ -210,6 +214,7 @@ impl Observation {
             powers: powers(&outcome, &flows),
             receivers,
             depolarised_by: Vec::new(),
+            luminous: None,
             colours: None,
             flows,
         }
@@ -243,6 +248,7 @@ impl Observation {
             powers: sum(|o| &o.powers),
             receivers: receivers.collect(),
             depolarised_by: first.depolarised_by.clone(),
+            luminous: None,
             colours: None,
         }
     }
@@ -489,7 +495,7 @@ fn above_zero(map: &[f64], zero: Zero) -> Vec<f64> {
 
 /// Endings of the accounts of a luminophore: photons that it does not emit again, and energy that
 /// emitted photons lack.
-const CONVERSION_LOSSES: [&str; 2] = ["quantum_loss", "stokes_loss"];
+const CONVERSION_LOSSES: [&str; 2] = ["quantum_loss", STOKES_LOSS];
 
 /// All accounts of the tracer's ledger: emitted = escaped + absorbed + lost; the two flows through
 /// domes beside them.

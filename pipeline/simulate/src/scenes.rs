@@ -127,18 +127,31 @@ impl ConvertingScenes {
     }
 }
 
+/// The channel of Y.
+pub(super) const LUMINOUS: usize = 2;
+
 /// Number of the channels of a trace of `design`.
 pub(super) fn channels(design: &Design) -> usize {
     if design.converts() { 4 } else { 1 }
 }
 
-/// The observation that the channels of a trace make: the power, with the colours of the light
+/// The observation that the channels of a trace make: what is counted, with the colours of the light
 /// where there are X, Y and Z.
 pub(super) fn put_together(design: &Design, mut channels: Vec<Observation>) -> Observation {
-    let power = channels.remove(0);
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let parts: Vec<([f64; 3], &Observation)> = axes.into_iter().zip(&channels).collect();
-    Observation { colours: Colours::new(design, &parts, true), ..power }
+    let parts: Vec<([f64; 3], &Observation)> = axes.into_iter().zip(&channels[1..]).collect();
+    let colours = Colours::new(design, &parts, true);
+    let luminous = design.converts_in_lumens().then(|| channels.swap_remove(LUMINOUS));
+    let power = channels.swap_remove(0);
+    Observation { colours, ..counted(power, luminous) }
+}
+
+/// What figures are read from: the power, or Y where converted light is counted in lumens; the ledger
+/// is that of the power.
+pub(super) fn counted(power: Observation, luminous: Option<Observation>) -> Observation {
+    let Some(seen) = luminous else { return power };
+    let Observation { illuminance, far_field, receivers, powers, .. } = seen;
+    Observation { illuminance, far_field, receivers, luminous: Some(powers), ..power }
 }
 
 /// Refuses more bins than there is memory for.

@@ -69,6 +69,7 @@ pub(super) fn from_bytes(
             powers,
             receivers,
             depolarised_by,
+            luminous: None,
             colours: None,
         });
     }

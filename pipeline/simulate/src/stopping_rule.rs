@@ -7,6 +7,7 @@
 //! value, so that the value stays unbiased but for what error and value have in common. The sum is
 //! kept from time to time, so that an interrupted run goes on to the same bits.
 
+use std::borrow::Cow;
 use std::str::FromStr;
 
 use anyhow::{Context, Result, ensure};
@@ -26,7 +27,7 @@ use results::figure_entry::FigureEntry;
 use results::schema::UntilError;
 
 use super::observation::{Observation, check_figure};
-use super::scenes::{channels, put_together};
+use super::scenes::{LUMINOUS, channels, counted, put_together};
 use super::seeds;
 use super::snapshot::{from_bytes, to_bytes};
 use super::trace::{GROUPS, TraceJob};
@@ -169,7 +170,11 @@ where
             let share = 1.0 / f64::from(batches);
             let means: Vec<Observation> = sums.iter().map(|sum| sum.scaled(share)).collect();
             let weights = self.weights.iter().copied();
-            let mean = Observation::sum(&weights.zip(&means).collect::<Vec<_>>());
+            let mean = if self.design.converts_in_lumens() {
+                Cow::Owned(counted(means[0].clone(), Some(means[LUMINOUS].clone())))
+            } else {
+                Observation::sum(&weights.zip(&means).collect::<Vec<_>>())
+            };
             let Some(estimate) = self.rule.target.of(&mean, self.design) else {
                 let why = mean.without_uniformity(self.design);
                 let why = why.unwrap_or_else(|| "too little light for it".to_owned());

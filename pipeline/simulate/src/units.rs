@@ -20,22 +20,27 @@ pub struct Units {
     weighting: Weighting,
     /// Radiant flux that all sources emit, W.
     emitted_w: f64,
-    /// Flux that they emit, W or lm.
+    /// Flux that they emit, W or lm; of converted light in lumens that of as much at 555 nm.
     emitted: f64,
+    /// Flux that they emit, lm, where readings are shares of it.
+    emitted_lm: Option<f64>,
 }
 
 impl Units {
     /// Units of `design`, in the weighting that its `lights` ask for; without lights radiometric.
     pub fn from_design(design: &Design, lights: Option<&Lights>) -> Self {
-        Self::new(design.emitted_w(), lights)
+        let units = Self::new(design.emitted_w(), lights);
+        if design.converts_in_lumens() { units.of_colours() } else { units }
     }
 
     fn new(emitted_w: f64, lights: Option<&Lights>) -> Self {
         let photometric = lights.filter(|lights| lights.weighting == Weighting::Photometric);
+        let emitted_lm = photometric.map(|lights| emitted_w * lights.emitted_lm());
         Self {
             weighting: photometric.map_or(Weighting::Radiometric, |lights| lights.weighting),
             emitted_w,
-            emitted: emitted_w * photometric.map_or(1.0, Lights::emitted_lm),
+            emitted: emitted_lm.unwrap_or(emitted_w),
+            emitted_lm,
         }
     }
 
@@ -120,8 +125,7 @@ impl Units {
 
     /// Flux that all sources emit; luminous flux in photometric units only.
     pub fn emitted(&self) -> Emitted {
-        let photometric = self.weighting == Weighting::Photometric;
-        Emitted { emitted_w: self.emitted_w, emitted_lm: photometric.then_some(self.emitted) }
+        Emitted { emitted_w: self.emitted_w, emitted_lm: self.emitted_lm }
     }
 }
 

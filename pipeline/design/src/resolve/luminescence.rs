@@ -125,14 +125,10 @@ pub(super) fn check(
         let expected = "false where a medium converts light: it has no ledger by source";
         return Err(at.value("trace.ledger_by_source", true, expected));
     }
-    let spectrum = design.spectrum.as_ref();
-    let weighting = spectrum.map_or(Weighting::Radiometric, |spectrum| spectrum.weighting);
-    if weighting == Weighting::Photometric {
-        let expected = "\"radiometric\" where a medium converts light: lumens that leave are no \
-            share of those of the source; X, Y and Z stand beside the watts";
-        let in_lumens = raw.led.shared.power_lm.is_some();
-        let key = if in_lumens { "led.power_lm" } else { "light.weighting" };
-        return Err(at.value(key, "photometric", expected));
+    if let Some(lumens) = raw.led.shared.power_lm {
+        let expected = "led.power_w where a medium converts light: lumens that leave are no share \
+            of those of the source";
+        return Err(at.value("led.power_lm", lumens, expected));
     }
     let lights = design.lights.iter().flat_map(|lights| &lights.lights);
     for light in lights {

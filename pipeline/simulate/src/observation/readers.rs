@@ -191,13 +191,19 @@ impl Reader for LedgerReader<'_> {
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
-        Some(Cow::Borrowed(&seen.powers))
+        let Some(luminous) = &seen.luminous else { return Some(Cow::Borrowed(&seen.powers)) };
+        let both = |g: usize| [seen.powers.group(g), luminous.group(g)].concat();
+        Some(Cow::Owned(Grouped::new((0..luminous.count()).map(both).collect())))
     }
 
     fn values(&self, powers: &[f64]) -> Vec<f64> {
         let share = |k: usize| powers[k] / powers[flow::EMITTED];
-        let of = |key: &str| self.accounts.iter().position(|a| a == key).map_or(f64::NAN, share);
-        let ends = [ESCAPED_UP, ESCAPED_DOWN].map(|figure| of(figure.key));
+        // Lumens of the accounts follow their powers.
+        let lumens = if powers.len() > self.accounts.len() { self.accounts.len() } else { 0 };
+        let ends = [ESCAPED_UP, ESCAPED_DOWN].map(|figure| {
+            let account = self.accounts.iter().position(|account| account == figure.key);
+            account.map_or(f64::NAN, |k| share(lumens + k))
+        });
         self.shares().iter().map(|(k, _)| share(*k)).chain(ends).collect()
     }
 
