@@ -12,6 +12,7 @@ use design::Design;
 use files::interrupt::Interrupt;
 use files::run_context::RunContext;
 use metrics::{Estimate, jackknife};
+use results::film_light::film_light;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::{self, Observation};
@@ -133,6 +134,39 @@ fn a_film_turns_with_its_pattern() {
     let (still, turned) = (at(0, 5.0), at(1, 42.0));
     within("along", still, turned.value, 0.02);
     assert!(at(0, 5.0).value + 0.1 < at(0, 95.0).value, "{:?} {:?}", at(0, 5.0), at(0, 95.0));
+}
+
+/// A diffuser that sends 0.4 back stands over a white board of reflectance 0.9: geometric series.
+#[test]
+fn light_between_films_is_that_of_a_cavity() {
+    let text = EMITTER.replace(
+        "mirror = { kind = \"absorbing\", extent = \"array\" }",
+        "mirror = { kind = \"lambertian\", reflectance = 0.9, extent = \"array\" }\n\
+         housing = { kind = \"specular\", reflectance = 1.0, inner_size_mm = [10.0, 10.0], height_mm = 3.0 }",
+    ) + "[[films]]\nname = \"my_plate\"\nz_mm = 1.0\nthickness_mm = 0.25\nmedium = { index = 1.0 }\n\
+         top = { kind = \"lambertian\", transmitted = 0.6, reflected = 0.4 }\n\
+         [[films]]\nname = \"clear\"\nthickness_mm = 0.25\nmedium = { index = 1.0 }\n";
+    let (_, seen) = trace(&text, 200_000);
+    let series = 1.0 / (1.0 - 0.4 * 0.9);
+    for (account_key, expected) in [
+        ("passed_1_up_below_my_plate", series),
+        ("passed_1_down_below_my_plate", 0.4 * series),
+        ("passed_2_up_below_clear", 0.6 * series),
+        ("passed_2_down_below_clear", 0.0),
+        ("passed_3_up_above_clear", 0.6 * series),
+        ("escaped_up", 0.6 * series),
+    ] {
+        let found = account(&seen, account_key);
+        // The emitter takes a part of what comes back.
+        let allowed = 4.0 * found.standard_error + 1e-3;
+        assert!(
+            (found.value - expected).abs() < allowed,
+            "{account_key}: {found:?} for {expected}"
+        );
+    }
+    let planes = film_light(&seen.ledger());
+    let names: Vec<&str> = planes.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["below my_plate", "below clear", "above clear"]);
 }
 
 /// Films between perfect mirrors neither gain nor lose, whatever their grooves.

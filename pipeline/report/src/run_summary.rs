@@ -12,6 +12,7 @@ use metrics::plural::count;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::{FORMS, Form, Region};
 use results::figure_entry::FigureEntry;
+use results::film_light::film_light;
 use results::{DesignResult, Figure, ModelResult, shown};
 
 /// Accounts of the ledger below this fraction of the emitted power are left out.
@@ -34,6 +35,7 @@ fn block(design: &str, model: &ModelResult) -> String {
     let paths = thousands(model.paths);
     let mut text = format!("{design}, {}: {paths} paths\n", model.label);
     light(&mut text, &model.ledger);
+    films(&mut text, &model.ledger);
     uniformity(&mut text, model);
     far_field(&mut text, model);
     colours(&mut text, model);
@@ -51,6 +53,18 @@ fn line(text: &mut String, name: &str, value: &str) {
 /// A share of the ledger, per cent.
 fn percent(share: Estimate) -> String {
     shown::estimate(share, Unit::Fraction)
+}
+
+/// Light that passes between films, the uppermost plane first.
+fn films(text: &mut String, ledger: &Ledger) {
+    let planes = film_light(ledger);
+    if !planes.is_empty() {
+        let ways = in_columns(COLUMN, ["up", "down"].map(str::to_owned).into_iter());
+        let _ = writeln!(text, " {:<w$}{}", "between films", ways.trim_end(), w = NAMES + 1);
+    }
+    for (name, shares) in planes.into_iter().rev() {
+        line(text, &name, in_columns(COLUMN, shares.map(percent).into_iter()).trim_end());
+    }
 }
 
 fn light(text: &mut String, ledger: &Ledger) {

@@ -36,6 +36,7 @@ pub mod constraint;
 pub mod earlier;
 pub mod far_field;
 pub mod figure_entry;
+pub mod film_light;
 pub mod full_wave;
 pub mod optimisation;
 pub mod package;

@@ -40,7 +40,7 @@ pub use self::known::{check_figure, unit_in_files, unit_of, why_absent};
 use self::reader::{Column, Reader};
 pub(super) use self::readers::of_one_path;
 use self::readers::readers;
-use super::symmetry;
+use super::{film_light, symmetry};
 
 /// Values by the keys of figures.
 pub type Keyed<T> = Vec<(Cow<'static, str>, T)>;
@@ -179,7 +179,9 @@ impl Observation {
         };
         let plane = take(receiver::PLANE);
         let far_field = take(receiver::FAR_FIELD);
-        let receivers = (receiver::OTHERS..count).map(take).collect();
+        let films = receiver::OTHERS + design.receivers.len();
+        let receivers = (receiver::OTHERS..films).map(&mut take).collect();
+        let between_films: Vec<Grouped> = (films..count).map(take).collect();
         let grid = plane_grid(design);
         let flows = Grouped::new(
             outcome
@@ -210,8 +212,9 @@ impl Observation {
             grid,
             far_field,
             sphere: sphere(design),
-            accounts: accounts(&outcome.groups[0].ledger.lines),
-            powers: powers(&outcome, &flows),
+            accounts: [accounts(&outcome.groups[0].ledger.lines), film_light::accounts(design)]
+                .concat(),
+            powers: powers(&outcome, &flows, &between_films),
             receivers,
             depolarised_by: Vec::new(),
             luminous: None,
@@ -525,8 +528,8 @@ fn surface_names(lines: &Lines) -> Vec<&str> {
     names
 }
 
-/// Powers of the [`accounts`] by groups.
-fn powers(outcome: &Outcome, flows: &Grouped) -> Grouped {
+/// Powers of the [`accounts`] and through the planes between films, by groups.
+fn powers(outcome: &Outcome, flows: &Grouped, between_films: &[Grouped]) -> Grouped {
     let share = 1.0 / outcome.groups.len() as f64;
     let names = surface_names(&outcome.groups[0].ledger.lines);
     let powers = outcome.groups.iter().enumerate().map(|(g, group)| {
@@ -541,6 +544,7 @@ fn powers(outcome: &Outcome, flows: &Grouped) -> Grouped {
         let losses = l.luminophores.iter().flat_map(|of| [of.quantum_loss, of.stokes_loss]);
         powers.extend(losses.map(|loss| loss * share));
         powers.extend(l.lost.iter().map(|p| p * share));
+        powers.extend(between_films.iter().map(|passed| passed.group(g)[0]));
         powers
     });
     Grouped::new(powers.collect())

@@ -18,6 +18,7 @@ use files::store::{Entries, Store};
 use metrics::digits::significant;
 use metrics::extraction::flow;
 
+use super::film_light;
 use super::observation::{Observation, plane_grid};
 use super::scene::{self, DomeSurface};
 pub use super::scenes::GROUPS;
@@ -135,9 +136,12 @@ impl TraceJob<'_> {
         let design = self.design;
         let plane = plane(design)?;
         let far = FarField::new(design.far_field.bin_deg, design.far_field.azimuth_bin_deg)?;
+        let between_films = film_light::detectors(design)?;
+        let between_films = between_films.iter().map(|detector| detector as &dyn Receiver);
         let detectors = design.receivers.iter().map(|receiver| &receiver.detector as &dyn Receiver);
         let built_in: [&dyn Receiver; 2] = [&far, &plane];
-        let receivers: Vec<_> = built_in.into_iter().chain(detectors).collect();
+        let receivers: Vec<_> =
+            built_in.into_iter().chain(detectors).chain(between_films).collect();
         Ok(trace(&receivers))
     }
 

@@ -12,6 +12,7 @@ use metrics::digits;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::FORMS;
 use results::figure_entry::FigureEntry;
+use results::film_light;
 use results::shown::{self, shown_unit};
 
 use super::folder::Folder;
@@ -183,17 +184,32 @@ pub fn spectra(models: &[Model]) -> Vec<Value> {
     models.iter().filter_map(line).collect()
 }
 
-/// Power ledger, a table for each design.
+/// Power ledger, a table for each design, and in it that of the light between films.
 pub fn ledger(models: &[Model]) -> Vec<Value> {
     let of_design = |design: &[Model]| {
         let names = accounts(design).into_iter();
         let rows: Vec<_> = names.map(|key| (key.replace('_', " "), key)).collect();
-        by_model(design, &rows, |model, account| {
+        let mut table = by_model(design, &rows, |model, account| {
             let share = model.entry.power_ledger.account(account)?;
             Some(shown::number(&FigureEntry::new(share), Unit::Fraction))
-        })
+        })?;
+        table["between_films"] = between_films(design).into();
+        Some(table)
     };
     by_design(models).filter_map(of_design).collect()
+}
+
+/// Light that passes between films, the uppermost plane first.
+fn between_films(design: &[Model]) -> Option<Value> {
+    let planes = |model: &Model| film_light::film_light(&model.entry.power_ledger);
+    let names = planes(design.first()?).into_iter().enumerate().rev();
+    let rows = names.flat_map(|(k, (name, _))| {
+        [(format!("{name}, upwards"), (k, 0)), (format!("{name}, downwards"), (k, 1))]
+    });
+    by_model(design, &rows.collect::<Vec<_>>(), |model, (k, way)| {
+        let share = planes(model).get(*k)?.1[*way];
+        Some(shown::number(&FigureEntry::new(share), Unit::Fraction))
+    })
 }
 
 /// Flux, mean and extremes of `[[receivers]]`, a table for each design that has any.
@@ -304,7 +320,9 @@ pub fn percent(share: Option<Estimate>) -> String {
 pub fn accounts(models: &[Model]) -> Vec<String> {
     const BEGINNINGS: [&str; 5] = ["emitted", "escaped_", "absorbed_by_", "absorbed_in_", "lost_"];
     let all = models.iter().flat_map(|m| &m.entry.power_ledger.accounts);
-    let held = all.filter(|(_, share)| share.value.abs() > NOTHING);
+    let held = all.filter(|(name, share)| {
+        share.value.abs() > NOTHING && !name.starts_with(film_light::PASSED)
+    });
     let mut names: Vec<String> = held.map(|(name, _)| name.clone()).collect();
     let rank = |account: &str| {
         let rank = BEGINNINGS.iter().position(|b| account.starts_with(b));

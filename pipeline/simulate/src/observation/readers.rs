@@ -22,6 +22,7 @@ use metrics::quantity::Unit;
 use metrics::uniformity_forms::Cell;
 use metrics::{Estimate, Grouped};
 use results::figure_entry::FigureEntry;
+use results::film_light::PASSED;
 use tracer::Measurement;
 
 use super::by_angle::{AngleReader, figures_by_angle};
@@ -232,7 +233,7 @@ pub fn of_one_path(design: &Design, account: &str, power: f64) -> f64 {
                 || design.luminophores().any(is_loss)
         }
         None if account == ESCAPED_DOWN.key => design.housing.is_some(),
-        None => extraction::is_end(account),
+        None => extraction::is_end(account) || account.starts_with(PASSED),
     };
     if is_reachable { power } else { 0.0 }
 }

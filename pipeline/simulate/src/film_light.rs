@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Light between the films of a stack: planes below, between and above them, with the power that passes
+//! each upwards and downwards, again each time that it comes back.
+
+use anyhow::Result;
+use tracer::glam::DVec3;
+use tracer::receiver::{DetectorRectangle, Facing, Sense};
+use tracer::{Detector, Measurement};
+
+use design::Design;
+use design::resolved::solids::CheckedSolid;
+use design::schema::solids::SolidForm;
+use results::film_light::{PASSED, WAYS};
+
+/// Largest distance of a plane from the film that it is named for, mm: half the usual gap.
+const OFF_MM: f64 = 0.005;
+/// Gaps that hold no plane, mm.
+const CLOSED_MM: f64 = 2e-6;
+
+/// A plane beside a film.
+struct Level {
+    /// `below_NAME`, of the last also `above_NAME`.
+    name: String,
+    z_mm: f64,
+    size_mm: [f64; 2],
+}
+
+/// Place of a film: its name, lower and upper end, and lengths, mm.
+fn film(solid: &CheckedSolid) -> Option<(&str, [f64; 2], [f64; 2])> {
+    let SolidForm::Box(flat) = &solid.stated.kind else { return None };
+    let [x, y, thickness] = flat.size_mm.0;
+    let middle = solid.stated.shared.position_mm.0[2];
+    let ends = [middle - 0.5 * thickness, middle + 0.5 * thickness];
+    solid.table.starts_with("films").then_some((solid.name(), ends, [x, y]))
+}
+
+/// The planes of the films of `design`, upwards; none of a closed gap.
+fn levels(design: &Design) -> Vec<Level> {
+    let films: Vec<_> = design.solids.iter().filter_map(film).collect();
+    let mut levels = Vec::new();
+    let mut below_mm = f64::NEG_INFINITY;
+    for (name, [low, high], size_mm) in &films {
+        let gap = low - below_mm;
+        if gap > CLOSED_MM {
+            let z_mm = low - OFF_MM.min(0.5 * gap);
+            levels.push(Level { name: format!("below_{name}"), z_mm, size_mm: *size_mm });
+        }
+        below_mm = *high;
+    }
+    if let Some((name, [_, high], size_mm)) = films.last() {
+        let (name, z_mm) = (format!("above_{name}"), high + OFF_MM);
+        levels.push(Level { name, z_mm, size_mm: *size_mm });
+    }
+    levels
+}
+
+/// Accounts of the light through these planes, which are no ends of it: upwards and downwards at each.
+pub fn accounts(design: &Design) -> Vec<String> {
+    let levels = levels(design);
+    // Numbers that sort as the planes lie.
+    let digits = levels.len().to_string().len();
+    let both = |(number, level): (usize, &Level)| {
+        let name = level.name.replace([' ', ','], "_");
+        WAYS.map(|way| format!("{PASSED}{:0digits$}_{way}_{name}", number + 1))
+    };
+    levels.iter().enumerate().flat_map(both).collect()
+}
+
+/// What reads them, in the same order.
+///
+/// # Errors
+/// Those of a rectangle.
+pub fn detectors(design: &Design) -> Result<Vec<Detector>> {
+    let both = levels(design).into_iter().flat_map(|level| {
+        [Sense::Plus, Sense::Minus].map(|sense| {
+            let centre = DVec3::new(0.0, 0.0, level.z_mm);
+            let bin = DetectorRectangle::new(Facing::Z(sense), centre, level.size_mm, [1, 1])?;
+            Ok(Detector::new(level.name.clone(), Measurement::Plane(bin)))
+        })
+    });
+    both.collect()
+}
