@@ -116,6 +116,20 @@ fn lumens_of_converted_light_are_those_of_its_closed_form() {
 }
 
 #[test]
+fn lumens_change_nothing_of_what_is_traced() {
+    let text = include_str!("../../data/designs/phosphor-dome.toml");
+    let parsed = |text: &str| design::parse("a.toml", text, Path::new("")).expect("valid");
+    let lumens = parsed(text);
+    let watts = parsed(&text.replace("\"photometric\"", "\"radiometric\""));
+    assert!(lumens.converts_in_lumens && !watts.converts_in_lumens);
+    assert_eq!(lumens.wavelength_nm.to_bits(), watts.wavelength_nm.to_bits());
+    assert_eq!(lumens.tables_nm(), watts.tables_nm());
+    // No eye sees this pump.
+    let unseen = text.replace("[430, 440, 450, 460, 470]", "[330, 340, 350, 360, 370]");
+    assert!(parsed(&unseen.replace("[400, 0.2]", "[320, 1.0], [400, 0.2]")).converts_in_lumens);
+}
+
+#[test]
 fn a_converting_design_has_the_same_bits_on_any_threads_and_from_shards() {
     let folder = tempdir().expect("a folder");
     let one = run(folder.path(), PLATE, "one", &["--threads", "1"]);

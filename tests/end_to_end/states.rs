@@ -225,7 +225,7 @@ fn warnings_of_an_analysis_name_the_sample() {
     write(at, "tolerance.toml", tolerance);
     let (done, _, said) = says(at, &["tolerance", "tolerance.toml", "--out", "out"]);
     assert!(done, "{said}");
-    assert!(said.contains("warning: tiny.toml, t, sample 8: "), "{said}");
+    assert!(said.contains("warning: tiny.toml, t, sample "), "{said}");
     assert!(said.contains("warning: tiny.toml, t, without deviations: "), "{said}");
     // Both sides of the LED moved by one amount, under the names that messages use.
     let table = std::fs::read_to_string(at.join("out/samples.csv")).expect("a table");
@@ -248,13 +248,11 @@ fn warnings_of_a_search_name_the_candidate_and_its_values() {
     write(at, "problem.toml", problem);
     let (done, text, said) = says(at, &["optimise", "problem.toml", "--out", "found"]);
     assert!(done, "{said}");
-    for named in ["candidate 1 (mirror.reflectance = 0.9", "candidate 2 (mirror.reflectance = 0.9"]
-    {
-        assert!(
-            said.contains(&format!("warning: tiny.toml, stage 1, generation 1, {named}")),
-            "{said}"
-        );
-    }
+    let named = "warning: tiny.toml, stage 1, generation 1, candidate ";
+    assert!(said.contains(&format!("{named}1 (mirror.reflectance = 0.9")), "{said}");
+    // Others lose about as much.
+    assert_eq!(said.matches(named).count(), 1, "{said}");
+    assert!(said.contains("said again where it is twice as much"), "{said}");
     // Figures and changes stand as a run prints them.
     let line = text.lines().find(|line| line.starts_with("extraction_efficiency"));
     assert!(line.is_some_and(|line| line.contains(" %") && line.contains(" points")), "{text}");

@@ -12,7 +12,7 @@ use design::Design;
 use files::interrupt::Interrupt;
 use files::run_context::RunContext;
 use metrics::{Estimate, jackknife};
-use results::film_light::film_light;
+use results::film_light;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::{self, Observation};
@@ -164,9 +164,29 @@ fn light_between_films_is_that_of_a_cavity() {
             "{account_key}: {found:?} for {expected}"
         );
     }
-    let planes = film_light(&seen.ledger());
+    let planes = film_light::planes(&seen.ledger());
     let names: Vec<&str> = planes.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["below my_plate", "below clear", "above clear"]);
+}
+
+/// Films near to what lies below and above have the planes that there is room for.
+#[test]
+fn planes_between_films_cut_nothing() {
+    let film = |z_mm: f64| {
+        format!(
+            "{EMITTER}[[films]]\nname = \"film\"\nz_mm = {z_mm:?}\nthickness_mm = 0.25\n\
+             medium = {{ index = 1.0 }}\n"
+        )
+    };
+    let spacer = "[[solids]]\nname = \"spacer\"\nkind = \"box\"\nper = \"array\"\n\
+        position_mm = [2.0, 0.0, 0.4995]\nsize_mm = [0.5, 0.5, 0.999]\nmedium = { index = 1.0 }\n";
+    let planes = |text: &str| -> Vec<String> {
+        let (_, seen) = trace(text, 2000);
+        film_light::planes(&seen.ledger()).into_iter().map(|(name, _)| name).collect()
+    };
+    assert_eq!(planes(&film(1.0)), ["below film", "above film"]);
+    assert_eq!(planes(&(film(1.0) + spacer)), ["above film"]);
+    assert_eq!(planes(&film(0.103)), ["above film"]);
 }
 
 /// Films between perfect mirrors neither gain nor lose, whatever their grooves.

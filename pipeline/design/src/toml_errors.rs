@@ -22,17 +22,29 @@ const MAX_SHOWN: usize = 40;
 /// # Errors
 /// The complaint about it, with line and column, both from 1, and the key whose value is at fault.
 pub fn read<T: DeserializeOwned>(text: &str, tagged: &[TaggedTable]) -> Result<T, String> {
+    // `2e6` may be meant for either kind of number. `3.0` is a real one, and names of set-ups keep it;
+    // where a key takes whole numbers alone it is one.
+    read_as(text, tagged, |text| text.contains(['e', 'E']))
+        .or_else(|first| read_as(text, tagged, |_| true).map_err(|_| first))
+}
+
+/// The same with numbers taken as whole ones that are and that `may_be`.
+fn read_as<T: DeserializeOwned>(
+    text: &str,
+    tagged: &[TaggedTable],
+    may_be: fn(&str) -> bool,
+) -> Result<T, String> {
     let syntax = |error: toml::de::Error| {
         let span = error.span().unwrap_or_default();
         at(text, &span) + &in_syntax(error.message(), text, span)
     };
-    // Whole numbers with an exponent, which keys that hold any number take too.
+    // Keys that hold any number take whole ones too.
     let mut digits = Vec::new();
     let mut plain = DeTable::parse(text).map_err(syntax)?;
-    whole_numbers(plain.get_mut(), &mut |_, whole| digits.push(whole));
+    whole_numbers(plain.get_mut(), may_be, &mut |_, whole| digits.push(whole));
     let mut whole = digits.iter();
     let mut file = DeTable::parse(text).map_err(syntax)?;
-    whole_numbers(file.get_mut(), &mut |value, _| {
+    whole_numbers(file.get_mut(), may_be, &mut |value, _| {
         if let Some(Ok(number)) = whole.next().map(|digits| DeValue::parse(digits)) {
             *value = number.into_inner();
         }
@@ -54,17 +66,18 @@ const MAX_WHOLE: f64 = 9_007_199_254_740_992.0;
 /// Called for a number, with the digits that it stands for.
 type Seen<'a, 'i> = &'a mut dyn FnMut(&mut DeValue<'i>, String);
 
-/// Calls `see` for every number of `table` such as `2e6` or `3.0`, without a fraction.
-fn whole_numbers<'i>(table: &mut DeTable<'i>, see: Seen<'_, 'i>) {
+/// Calls `see` for every number of `table` without a fraction whose text `may_be` whole.
+fn whole_numbers<'i>(table: &mut DeTable<'i>, may_be: fn(&str) -> bool, see: Seen<'_, 'i>) {
     for (_, entry) in table.iter_mut() {
-        whole_number(entry.get_mut(), see);
+        whole_number(entry.get_mut(), may_be, see);
     }
 }
 
-fn whole_number<'i>(value: &mut DeValue<'i>, see: Seen<'_, 'i>) {
+fn whole_number<'i>(value: &mut DeValue<'i>, may_be: fn(&str) -> bool, see: Seen<'_, 'i>) {
     match value {
         DeValue::Float(float) => {
-            let number = float.as_str().parse::<f64>().ok();
+            let text = float.as_str();
+            let number = text.parse::<f64>().ok().filter(|_| may_be(text));
             let is_whole = |number: &f64| number.fract() == 0.0 && number.abs() <= MAX_WHOLE;
             if let Some(number) = number.filter(is_whole) {
                 see(value, format!("{number:.0}"));
@@ -72,10 +85,10 @@ fn whole_number<'i>(value: &mut DeValue<'i>, see: Seen<'_, 'i>) {
         }
         DeValue::Array(list) => {
             for entry in list.iter_mut() {
-                whole_number(entry.get_mut(), see);
+                whole_number(entry.get_mut(), may_be, see);
             }
         }
-        DeValue::Table(table) => whole_numbers(table, see),
+        DeValue::Table(table) => whole_numbers(table, may_be, see),
         _ => {}
     }
 }
@@ -211,6 +224,14 @@ mod tests {
         height: f64,
         #[expect(dead_code, reason = "only refused")]
         count: Option<usize>,
+    }
+
+    #[test]
+    fn a_number_without_a_fraction_is_a_whole_one_where_a_key_asks_for_it() {
+        for count in ["3", "3.0", "3e0", "0.3e1"] {
+            let text = format!("name = \"a\"\n[[parts]]\nheight = 1.0\ncount = {count}");
+            assert!(read::<Sheet>(&text, &[]).is_ok(), "{count}");
+        }
     }
 
     #[test]

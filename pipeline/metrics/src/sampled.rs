@@ -498,7 +498,7 @@ impl LevelEstimates {
             [|of: &Levels| of.low, |of: &Levels| of.high].map(|read| self.one_path(region, read));
         // Below one path there is nothing that tells how much one is.
         let of_map = self.one_more[region];
-        let of_low = if plain.low > of_map { of_low } else { MOST_IMAGES * of_map };
+        let of_low = if plain.low > of_map { of_low } else { MAX_IMAGES * of_map };
         let far = Levels {
             low: levels.low + 2.0 * (levels.low * of_low).sqrt() + 2.0 * FEW_PATHS * of_low,
             high: (levels.high - 2.0 * (levels.high * of_high).sqrt()).max(levels.mean),
@@ -507,7 +507,7 @@ impl LevelEstimates {
         0.5 * (figure(&far) - figure(&levels)).abs()
     }
 
-    /// What one path adds at the place of a level: its variance over the level, shrunk to that of the
+    /// Power of one path at the place of a level: its variance over the level, shrunk to that of the
     /// map where few paths told it.
     fn one_path(&self, region: usize, read: fn(&Levels) -> f64) -> f64 {
         let of_map = self.one_more[region];
@@ -562,7 +562,8 @@ const MIN_HALVINGS: usize = 7;
 const FEW_PATHS: f64 = 1.5;
 
 /// Images of a path at a place on all axes of symmetry, where all are one.
-const MOST_IMAGES: f64 = 8.0;
+const MAX_IMAGES: f64 = 8.0;
+
 /// Paths at one place that say as much about its noise as the whole map.
 const FEW_OF_PLACE: f64 = 4.0;
 

@@ -12,7 +12,7 @@ use metrics::plural::count;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::{FORMS, Form, Region};
 use results::figure_entry::FigureEntry;
-use results::film_light::film_light;
+use results::film_light;
 use results::{DesignResult, Figure, ModelResult, shown};
 
 /// Accounts of the ledger below this fraction of the emitted power are left out.
@@ -57,13 +57,14 @@ fn percent(share: Estimate) -> String {
 
 /// Light that passes between films, the uppermost plane first.
 fn films(text: &mut String, ledger: &Ledger) {
-    let planes = film_light(ledger);
+    let planes = film_light::planes(ledger);
     if !planes.is_empty() {
         let ways = in_columns(COLUMN, ["up", "down"].map(str::to_owned).into_iter());
         let _ = writeln!(text, " {:<w$}{}", "between films", ways.trim_end(), w = NAMES + 1);
     }
     for (name, shares) in planes.into_iter().rev() {
-        line(text, &name, in_columns(COLUMN, shares.map(percent).into_iter()).trim_end());
+        let shares = shares.map(|share| shown::estimate(share, Unit::Ratio));
+        line(text, &name, in_columns(COLUMN, shares.into_iter()).trim_end());
     }
 }
 
@@ -98,7 +99,8 @@ fn together(a: Estimate, b: Estimate) -> Estimate {
 
 /// Cells beside each other, each so wide.
 fn in_columns(width: usize, cells: impl Iterator<Item = String>) -> String {
-    cells.fold(String::new(), |line, cell| format!("{line}{cell:<width$}"))
+    // A cell that fills its column is set apart too.
+    cells.fold(String::new(), |line, cell| format!("{line}{:<width$}", cell + " "))
 }
 
 /// Names of the rows of the table of uniformity, with what each takes from a region.

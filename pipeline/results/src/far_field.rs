@@ -22,7 +22,9 @@ pub struct Stored {
     /// The far field for 1 W emitted; a photometric one for 1 lm, of converted light for 1 lm that leaves.
     pub far: Distribution,
     /// Lumens that the sources emit, or that leave converted, where the design states what they emit.
-    pub emitted_lm: Option<f64>,
+    pub lumens: Option<f64>,
+    /// True of converted light, whose lumens are those that leave.
+    pub is_converted: bool,
 }
 
 /// The far field in `far_field.npy` of a results directory.
@@ -32,43 +34,39 @@ pub struct Stored {
 /// it as it is, if it is in cd and `results.json` does not say for how many lumens, or if it is one of
 /// converted light in watts, whose lumens nothing tells.
 pub fn of_results(directory: &Path) -> Result<Stored> {
-    let (far, flux) = as_it_stands(directory)?;
+    let model = model(directory)?;
+    let (far, flux) = as_it_stands(directory, &model)?;
     for file in ["far_field.npy", "far_field.csv"] {
         unaltered(directory, file)?;
     }
-    let absolute = stated(directory, "/absolute/emitted/emitted_w")?;
-    if converts(directory)? {
+    let absolute = stated(&model, "/absolute/emitted/emitted_w");
+    let is_converted = is_converted(&model);
+    if is_converted {
         ensure!(
             is_in_candela(directory),
             "`{}`: the far field of converted light in watts: expected lumens, of a run of the design with weighting = \"photometric\"",
             directory.display()
         );
-        return Ok(Stored { far, emitted_lm: absolute.map(|_| flux) });
+        return Ok(Stored { far, lumens: absolute.map(|_| flux), is_converted });
     }
     // The far field of many wavelengths has the shape of its lumens in photometric weighting only.
-    let of_spectrum = stated(directory, "/spectrum/emitted/emitted_w")?;
+    let of_spectrum = stated(&model, "/spectrum/emitted/emitted_w");
     let lumens = match of_spectrum {
         Some(_) => "/spectrum/emitted/emitted_lm",
         None => "/absolute/emitted/emitted_lm",
     };
-    Ok(Stored {
-        far,
-        emitted_lm: match absolute {
-            Some(_) => stated(directory, lumens)?,
-            None => None,
-        },
-    })
+    Ok(Stored { far, lumens: absolute.and_then(|_| stated(&model, lumens)), is_converted })
 }
 
 /// The far field of a results directory, whether or not a run wrote it so, and the flux that it is one
 /// of.
-fn as_it_stands(directory: &Path) -> Result<(Distribution, f64)> {
+fn as_it_stands(directory: &Path, model: &Value) -> Result<(Distribution, f64)> {
     let path = directory.join("far_field.npy");
     let far = read_far_field(&path).with_context(|| path.display().to_string())?;
-    let flux = if is_in_candela(directory) && converts(directory)? {
+    let flux = if is_in_candela(directory) && is_converted(model) {
         far.flux()
     } else {
-        emitted(directory)?
+        emitted(directory, model)?
     };
     ensure!(flux > 0.0, "`{}`: expected light, got none", path.display());
     Ok((far.scaled(1.0 / flux), flux))
@@ -117,11 +115,11 @@ fn unaltered(directory: &Path, file: &str) -> Result<()> {
 
 /// Flux that the sources emit, in the unit of the intensities of a results directory: lumens where they
 /// are in cd, watts where they are in W/sr, as `results.json` of the run says. Without it 1 W.
-fn emitted(directory: &Path) -> Result<f64> {
+fn emitted(directory: &Path, model: &Value) -> Result<f64> {
     if !is_in_candela(directory) {
-        return Ok(stated(directory, "/absolute/emitted/emitted_w")?.unwrap_or(1.0));
+        return Ok(stated(model, "/absolute/emitted/emitted_w").unwrap_or(1.0));
     }
-    stated(directory, "/spectrum/emitted/emitted_lm")?.with_context(|| {
+    stated(model, "/spectrum/emitted/emitted_lm").with_context(|| {
         format!(
             "`{}`: intensities in cd: expected emitted_lm of this model in `{}` two directories above, got none",
             directory.display(),
@@ -144,17 +142,15 @@ fn is_in_candela(directory: &Path) -> bool {
 }
 
 /// True if light was converted: its losses have accounts of their own.
-fn converts(directory: &Path) -> Result<bool> {
-    let model = model(directory)?;
+fn is_converted(model: &Value) -> bool {
     let accounts = model["power_ledger"].as_object();
-    Ok(accounts.is_some_and(|all| all.keys().any(|account| account.ends_with(STOKES_LOSS))))
+    accounts.is_some_and(|all| all.keys().any(|account| account.ends_with(STOKES_LOSS)))
 }
 
-/// A flux above 0 under `pointer` of the model whose results directory this is, as `results.json`
-/// of the run says.
-fn stated(directory: &Path, pointer: &str) -> Result<Option<f64>> {
-    let found = model(directory)?.pointer(pointer).and_then(Value::as_f64);
-    Ok(found.filter(|flux| flux.is_finite() && *flux > 0.0))
+/// A flux above 0 under `pointer` of a model of `results.json`.
+fn stated(model: &Value, pointer: &str) -> Option<f64> {
+    let found = model.pointer(pointer).and_then(Value::as_f64);
+    found.filter(|flux| flux.is_finite() && *flux > 0.0)
 }
 
 /// The model whose results directory this is, in `results.json` of the run; null where it is not there.
@@ -210,7 +206,10 @@ mod tests {
         });
         ndarray_npy::WriteNpyExt::write_npy(&bins, &mut npy).expect("written");
         std::fs::write(folder.join("far_field.npy"), npy).expect("written");
-        let flux = || as_it_stands(&folder).map(|(far, _)| far.flux());
+        let flux = || {
+            let model = model(&folder).expect("a folder");
+            as_it_stands(&folder, &model).map(|(far, _)| far.flux())
+        };
         assert!((flux().expect("W/sr") / 300.0 - 1.0).abs() < 1e-9);
         let heading = "theta_deg,mean_over_azimuth_intensity_cd\n";
         std::fs::write(folder.join("far_field.csv"), heading).expect("written");

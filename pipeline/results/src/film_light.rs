@@ -10,13 +10,19 @@ pub const PASSED: &str = "passed_";
 /// Both ways through a plane.
 pub const WAYS: [&str; 2] = ["up", "down"];
 
+/// Account of the light through the plane `number` called `name`, for one of [`WAYS`].
+pub fn account(number: &str, way: &str, name: &str) -> String {
+    format!("{PASSED}{number}_{way}_{name}")
+}
+
 /// Each plane, upwards, in words, and the shares of the emitted power that pass it up and down; light
 /// that comes back counts again.
-pub fn film_light(ledger: &Ledger) -> Vec<(String, [Estimate; 2])> {
-    let planes = ledger.accounts.iter().filter_map(|(account, up)| {
-        let (number, name) = account.strip_prefix(PASSED)?.split_once("_up_")?;
-        let down = ledger.account(&format!("{PASSED}{number}_down_{name}"))?;
-        Some((name.replacen('_', " ", 1), [*up, down]))
+pub fn planes(ledger: &Ledger) -> Vec<(String, [Estimate; 2])> {
+    let planes = ledger.accounts.iter().filter_map(|(account_up, _)| {
+        let (number, rest) = account_up.strip_prefix(PASSED)?.split_once('_')?;
+        let name = rest.strip_prefix(WAYS[0])?.strip_prefix('_')?;
+        let [up, down] = WAYS.map(|way| ledger.account(&account(number, way, name)));
+        Some((name.replacen('_', " ", 1), [up?, down?]))
     });
     planes.collect()
 }

@@ -304,7 +304,7 @@ pub struct FinalCandidateEntry {
     pub value: Option<f64>,
     /// Standard error.
     pub standard_error: Option<f64>,
-    /// Its ends, where a figure of it is known between ends alone.
+    /// Ends of the objective, where a figure of it is known between ends alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
     /// True if it meets the constraints.

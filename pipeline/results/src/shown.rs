@@ -300,7 +300,7 @@ mod tests {
         // No share is above 1, whatever its error.
         let even = Estimate::between(0.92, 1.02, 0.01);
         assert_eq!(estimate(even, Unit::Fraction), "85 to 100 %");
-        assert_eq!(estimate(Estimate::between(0.9, 1.3, 0.1), Unit::Ratio), "60 to 160 %");
+        assert_eq!(estimate(Estimate::between(0.9, 1.3, 0.1), Unit::Ratio), "50 to 170 %");
         assert_eq!(estimate(even, Unit::Lux), "0.85 to 1.09 lx");
         assert_eq!(estimate(Estimate::new(0.0, 2.0), Unit::Degree), "0.0 ± 2.0 °");
         let axial = FigureEntry { peak_place: PeakPlace::OnAxis, ..bin };

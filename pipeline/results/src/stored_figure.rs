@@ -6,7 +6,7 @@ use metrics::photopic::LUMENS_PER_WATT;
 use metrics::quantity::Unit;
 
 use crate::figure_entry::FigureEntry;
-use crate::schema::{AbsoluteFigure, ModelEntry, ReceiverEntry};
+use crate::schema::{AbsoluteFigure, Emitted, ModelEntry, ReceiverEntry};
 
 impl ModelEntry {
     /// The figure under `key` of the registry with its unit: a main figure, one in absolute units,
@@ -34,11 +34,12 @@ impl ModelEntry {
     fn emitted(&self, unit: Unit) -> f64 {
         let of_light = self.spectrum.as_ref().map(|spectrum| spectrum.emitted);
         let emitted = of_light.or(self.absolute.as_ref().map(|absolute| absolute.emitted));
-        emitted.map_or(1.0, |flux| match unit {
+        let emitted = emitted.unwrap_or(Emitted { emitted_w: 1.0, emitted_lm: None });
+        match unit {
             // Of converted light lumens are shares of those that all power would be at 555 nm.
-            Unit::Lumen => flux.emitted_lm.unwrap_or(flux.emitted_w * LUMENS_PER_WATT),
-            _ => flux.emitted_w,
-        })
+            Unit::Lumen => emitted.emitted_lm.unwrap_or(emitted.emitted_w * LUMENS_PER_WATT),
+            _ => emitted.emitted_w,
+        }
     }
 }
 
@@ -105,5 +106,14 @@ mod tests {
             let found = model.figure(key).map(|(entry, unit)| shown::text(&entry, unit));
             assert_eq!(found.as_deref(), words, "{key}");
         }
+        let plate = json!({"kind": "plane", "quantity": "illuminance", "unit": "lx", "flux_unit": "lm",
+            "files": [], "flux": figure(68.3), "mean": figure(9000.0)});
+        let per_watt: ModelEntry = serde_json::from_value(json!({
+            "power_ledger": {"emitted": figure(1.0)}, "counters": {}, "paths": 1, "units": {},
+            "receivers": {"plate": plate},
+        }))
+        .expect("a model");
+        let (share, unit) = per_watt.figure("flux.plate").expect("a flux");
+        assert_eq!(shown::text(&share, unit), "10.00 ± 0.10 %");
     }
 }

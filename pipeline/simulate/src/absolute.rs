@@ -15,7 +15,7 @@ pub fn absolute(design: &Design, seen: &Observation) -> Option<AbsoluteEntry> {
     let packages = design.array.axes_mm().len();
     let flux = |packages: f64| Emitted {
         emitted_w: of_package.radiant_w * packages,
-        emitted_lm: (of_package.luminous_lm > 0.0).then_some(of_package.luminous_lm * packages),
+        emitted_lm: design.emitted_lm().map(|_| of_package.luminous_lm * packages),
     };
     let is_absolute = |key: &str| figures::find(key).is_some_and(|figure| figure.is_absolute);
     let all = seen.estimates(design, is_absolute).into_iter();

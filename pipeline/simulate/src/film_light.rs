@@ -5,17 +5,25 @@
 use anyhow::Result;
 use tracer::glam::DVec3;
 use tracer::receiver::{DetectorRectangle, Facing, Sense};
-use tracer::{Detector, Measurement};
+use tracer::{Detector, Measurement, Scene};
 
 use design::Design;
 use design::resolved::solids::CheckedSolid;
 use design::schema::solids::SolidForm;
-use results::film_light::{PASSED, WAYS};
+use results::film_light::{WAYS, account};
 
 /// Largest distance of a plane from the film that it is named for, mm: half the usual gap.
 const OFF_MM: f64 = 0.005;
 /// Gaps that hold no plane, mm.
 const CLOSED_MM: f64 = 2e-6;
+
+/// Planes of a design with their accounts, upwards: two of each plane, up and down.
+pub struct FilmPlanes {
+    /// Detectors of one bin.
+    pub detectors: Vec<Detector>,
+    /// Accounts of the ledger, which are no ends of light.
+    pub accounts: Vec<String>,
+}
 
 /// A plane beside a film.
 struct Level {
@@ -25,20 +33,50 @@ struct Level {
     size_mm: [f64; 2],
 }
 
-/// Place of a film: its name, lower and upper end, and lengths, mm.
+impl FilmPlanes {
+    /// Those of `design` that cut nothing in `scene`.
+    ///
+    /// # Errors
+    /// Those of a rectangle.
+    pub fn new(design: &Design, scene: &Scene) -> Result<Self> {
+        let mut all = Vec::new();
+        for level in levels(design) {
+            let pair = [Sense::Plus, Sense::Minus].map(|sense| {
+                let centre = DVec3::new(0.0, 0.0, level.z_mm);
+                let bin = DetectorRectangle::new(Facing::Z(sense), centre, level.size_mm, [1, 1])?;
+                Ok(Detector::new(level.name.clone(), Measurement::Plane(bin)))
+            });
+            let [up, down]: [Result<Detector>; 2] = pair;
+            let pair = [up?, down?];
+            if pair.iter().all(|detector| scene.admits(detector).is_ok()) {
+                all.push((level.name.replace([' ', ','], "_"), pair));
+            }
+        }
+        // Numbers that sort as the planes lie.
+        let digits = all.len().to_string().len();
+        let accounts = all.iter().enumerate().flat_map(|(k, (name, _))| {
+            let number = format!("{:0digits$}", k + 1);
+            WAYS.map(|way| account(&number, way, name))
+        });
+        let accounts = accounts.collect();
+        Ok(Self { detectors: all.into_iter().flat_map(|(_, pair)| pair).collect(), accounts })
+    }
+}
+
+/// Name, lower and upper end, and lengths of a film, mm.
 fn film(solid: &CheckedSolid) -> Option<(&str, [f64; 2], [f64; 2])> {
     let SolidForm::Box(flat) = &solid.stated.kind else { return None };
     let [x, y, thickness] = flat.size_mm.0;
     let middle = solid.stated.shared.position_mm.0[2];
     let ends = [middle - 0.5 * thickness, middle + 0.5 * thickness];
-    solid.table.starts_with("films").then_some((solid.name(), ends, [x, y]))
+    solid.is_film().then_some((solid.name(), ends, [x, y]))
 }
 
 /// The planes of the films of `design`, upwards; none of a closed gap.
 fn levels(design: &Design) -> Vec<Level> {
     let films: Vec<_> = design.solids.iter().filter_map(film).collect();
     let mut levels = Vec::new();
-    let mut below_mm = f64::NEG_INFINITY;
+    let mut below_mm = 0.0;
     for (name, [low, high], size_mm) in &films {
         let gap = low - below_mm;
         if gap > CLOSED_MM {
@@ -52,31 +90,4 @@ fn levels(design: &Design) -> Vec<Level> {
         levels.push(Level { name, z_mm, size_mm: *size_mm });
     }
     levels
-}
-
-/// Accounts of the light through these planes, which are no ends of it: upwards and downwards at each.
-pub fn accounts(design: &Design) -> Vec<String> {
-    let levels = levels(design);
-    // Numbers that sort as the planes lie.
-    let digits = levels.len().to_string().len();
-    let both = |(number, level): (usize, &Level)| {
-        let name = level.name.replace([' ', ','], "_");
-        WAYS.map(|way| format!("{PASSED}{:0digits$}_{way}_{name}", number + 1))
-    };
-    levels.iter().enumerate().flat_map(both).collect()
-}
-
-/// What reads them, in the same order.
-///
-/// # Errors
-/// Those of a rectangle.
-pub fn detectors(design: &Design) -> Result<Vec<Detector>> {
-    let both = levels(design).into_iter().flat_map(|level| {
-        [Sense::Plus, Sense::Minus].map(|sense| {
-            let centre = DVec3::new(0.0, 0.0, level.z_mm);
-            let bin = DetectorRectangle::new(Facing::Z(sense), centre, level.size_mm, [1, 1])?;
-            Ok(Detector::new(level.name.clone(), Measurement::Plane(bin)))
-        })
-    });
-    both.collect()
 }

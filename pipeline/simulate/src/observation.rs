@@ -40,7 +40,7 @@ pub use self::known::{check_figure, unit_in_files, unit_of, why_absent};
 use self::reader::{Column, Reader};
 pub(super) use self::readers::of_one_path;
 use self::readers::readers;
-use super::{film_light, symmetry};
+use super::symmetry;
 
 /// Values by the keys of figures.
 pub type Keyed<T> = Vec<(Cow<'static, str>, T)>;
@@ -160,8 +160,9 @@ pub(super) fn is_one(weight: f64) -> bool {
 }
 
 impl Observation {
-    /// Collects the readings of `outcome`, traced with a far field and a plane as first receivers.
-    pub fn new(design: &Design, mut outcome: Outcome) -> Self {
+    /// Collects the readings of `outcome`, traced with a far field and a plane as first receivers, those of
+    /// the design, and detectors of one bin for the accounts `between_films`.
+    pub fn new(design: &Design, between_films: &[String], mut outcome: Outcome) -> Self {
         // The tracer scales every group to the whole power; here the groups add up to it.
         let share = 1.0 / outcome.groups.len() as f64;
         // Readings are moved out of the groups, so that none is in memory twice.
@@ -181,7 +182,7 @@ impl Observation {
         let far_field = take(receiver::FAR_FIELD);
         let films = receiver::OTHERS + design.receivers.len();
         let receivers = (receiver::OTHERS..films).map(&mut take).collect();
-        let between_films: Vec<Grouped> = (films..count).map(take).collect();
+        let passed: Vec<Grouped> = (films..count).map(take).collect();
         let grid = plane_grid(design);
         let flows = Grouped::new(
             outcome
@@ -212,9 +213,8 @@ impl Observation {
             grid,
             far_field,
             sphere: sphere(design),
-            accounts: [accounts(&outcome.groups[0].ledger.lines), film_light::accounts(design)]
-                .concat(),
-            powers: powers(&outcome, &flows, &between_films),
+            accounts: [&accounts(&outcome.groups[0].ledger.lines), between_films].concat(),
+            powers: powers(&outcome, &flows, &passed),
             receivers,
             depolarised_by: Vec::new(),
             luminous: None,
@@ -251,6 +251,7 @@ impl Observation {
             powers: sum(|o| &o.powers),
             receivers: receivers.collect(),
             depolarised_by: first.depolarised_by.clone(),
+            // It is told of whole sums alone.
             luminous: None,
             colours: None,
         }
@@ -529,7 +530,7 @@ fn surface_names(lines: &Lines) -> Vec<&str> {
 }
 
 /// Powers of the [`accounts`] and through the planes between films, by groups.
-fn powers(outcome: &Outcome, flows: &Grouped, between_films: &[Grouped]) -> Grouped {
+fn powers(outcome: &Outcome, flows: &Grouped, passed: &[Grouped]) -> Grouped {
     let share = 1.0 / outcome.groups.len() as f64;
     let names = surface_names(&outcome.groups[0].ledger.lines);
     let powers = outcome.groups.iter().enumerate().map(|(g, group)| {
@@ -544,7 +545,7 @@ fn powers(outcome: &Outcome, flows: &Grouped, between_films: &[Grouped]) -> Grou
         let losses = l.luminophores.iter().flat_map(|of| [of.quantum_loss, of.stokes_loss]);
         powers.extend(losses.map(|loss| loss * share));
         powers.extend(l.lost.iter().map(|p| p * share));
-        powers.extend(between_films.iter().map(|passed| passed.group(g)[0]));
+        powers.extend(passed.iter().map(|passed| passed.group(g)[0]));
         powers
     });
     Grouped::new(powers.collect())

@@ -12,6 +12,7 @@ use design::Design;
 use metrics::colour_matching;
 use metrics::plural::count;
 
+use super::film_light::FilmPlanes;
 use super::observation::colours::{ColourArrays, Colours};
 use super::observation::{Observation, plane_grid, sphere};
 use super::scene::{self, DomeSurface};
@@ -51,6 +52,14 @@ impl Scenes {
         Ok(Self::One(Box::new(scene::build(design, surface)?)))
     }
 
+    /// The scene, or one of all: they differ in media alone.
+    pub fn first(&self) -> &Scene {
+        match self {
+            Self::One(scene) => scene,
+            Self::Converting(all) => &all.scenes[0],
+        }
+    }
+
     /// Traces them; one outcome for each channel.
     pub fn run(
         &self,
@@ -82,16 +91,18 @@ impl Scenes {
 
     /// Observations of the channels: power, and of several wavelengths X, Y and Z. These are of the
     /// paths of the first, and have none of their own.
-    pub fn observations(&self, design: &Design, outcomes: Vec<Outcome>) -> Vec<Observation> {
-        let scene = match self {
-            Self::One(scene) => scene,
-            Self::Converting(all) => &all.scenes[0],
-        };
+    pub fn observations(
+        &self,
+        design: &Design,
+        planes: &FilmPlanes,
+        outcomes: Vec<Outcome>,
+    ) -> Vec<Observation> {
+        let scene = self.first();
         let mut depolarised_by = scene.scattering_surfaces();
         depolarised_by.extend(scene.scattering_media());
         let outcomes = outcomes.into_iter().enumerate();
         let observation = |(channel, outcome)| {
-            let seen = Observation::new(design, outcome);
+            let seen = Observation::new(design, &planes.accounts, outcome);
             let paths = if channel == 0 { seen.paths } else { 0 };
             Observation { paths, depolarised_by: depolarised_by.clone(), ..seen }
         };
@@ -141,17 +152,25 @@ pub(super) fn put_together(design: &Design, mut channels: Vec<Observation>) -> O
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let parts: Vec<([f64; 3], &Observation)> = axes.into_iter().zip(&channels[1..]).collect();
     let colours = Colours::new(design, &parts, true);
-    let luminous = design.converts_in_lumens().then(|| channels.swap_remove(LUMINOUS));
+    let luminous = design.converts_in_lumens.then(|| channels.swap_remove(LUMINOUS));
     let power = channels.swap_remove(0);
-    Observation { colours, ..counted(power, luminous) }
+    let counted = match luminous {
+        Some(luminous) => counted(&power, luminous),
+        None => power,
+    };
+    Observation { colours, ..counted }
 }
 
-/// What figures are read from: the power, or Y where converted light is counted in lumens; the ledger
-/// is that of the power.
-pub(super) fn counted(power: Observation, luminous: Option<Observation>) -> Observation {
-    let Some(seen) = luminous else { return power };
-    let Observation { illuminance, far_field, receivers, powers, .. } = seen;
-    Observation { illuminance, far_field, receivers, luminous: Some(powers), ..power }
+/// Map, far field and receivers of Y beside the ledger of the power, for converted light in lumens.
+pub(super) fn counted(power: &Observation, luminous: Observation) -> Observation {
+    Observation {
+        paths: power.paths,
+        surfaces_per_path: power.surfaces_per_path,
+        flows: power.flows.clone(),
+        powers: power.powers.clone(),
+        luminous: Some(luminous.powers),
+        ..luminous
+    }
 }
 
 /// Refuses more bins than there is memory for.

@@ -170,8 +170,8 @@ where
             let share = 1.0 / f64::from(batches);
             let means: Vec<Observation> = sums.iter().map(|sum| sum.scaled(share)).collect();
             let weights = self.weights.iter().copied();
-            let mean = if self.design.converts_in_lumens() {
-                Cow::Owned(counted(means[0].clone(), Some(means[LUMINOUS].clone())))
+            let mean = if self.design.converts_in_lumens {
+                Cow::Owned(counted(&means[0], means[LUMINOUS].clone()))
             } else {
                 Observation::sum(&weights.zip(&means).collect::<Vec<_>>())
             };

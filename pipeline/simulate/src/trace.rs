@@ -18,7 +18,7 @@ use files::store::{Entries, Store};
 use metrics::digits::significant;
 use metrics::extraction::flow;
 
-use super::film_light;
+use super::film_light::FilmPlanes;
 use super::observation::{Observation, plane_grid};
 use super::scene::{self, DomeSurface};
 pub use super::scenes::GROUPS;
@@ -73,7 +73,10 @@ impl TraceJob<'_> {
             let file = &self.design.provenance.file;
             // Traces of searches and studies have no name of their own, and are many.
             let is_one_of_many = self.what.is_empty();
-            if is_one_of_many && !is_news(&format!("{file}, {account}"), share) {
+            let kind = kind_of(&self.design.name);
+            if !context.console.warns
+                || is_one_of_many && !is_news(&format!("{file}, {kind}, {account}"), share)
+            {
                 continue;
             }
             let (of, rule) = if is_one_of_many {
@@ -99,7 +102,8 @@ impl TraceJob<'_> {
         let scenes = Scenes::new(self.design, self.surface)?;
         context.interrupt.check()?;
         let groups = self.groups(context);
-        let outcomes = self.with_receivers(|receivers| {
+        let planes = FilmPlanes::new(self.design, scenes.first())?;
+        let outcomes = self.with_receivers(&planes, |receivers| {
             let settings = self.settings(context.seed);
             scenes.run(receivers, &settings, control(progress, groups.as_ref(), context))
         })?;
@@ -107,7 +111,7 @@ impl TraceJob<'_> {
         context.checkpoints.map_or(Ok(()), Store::take_error)?;
         let outcomes = uninterrupted(outcomes)?.into_iter();
         let outcomes = outcomes.map(|outcome| outcome.merged(self.error_groups)).collect();
-        Ok(scenes.observations(self.design, outcomes))
+        Ok(scenes.observations(self.design, &planes, outcomes))
     }
 
     /// Traces the groups `wanted` for the checkpoints of `context` alone.
@@ -120,7 +124,8 @@ impl TraceJob<'_> {
         let bar = context.console.progress(count * self.paths.div_ceil(GROUPS as u64), self.what);
         let progress = |done| bar.inc(done);
         let groups = self.groups(context);
-        let done = self.with_receivers(|receivers| {
+        let planes = FilmPlanes::new(self.design, scenes.first())?;
+        let done = self.with_receivers(&planes, |receivers| {
             let settings = self.settings(context.seed);
             let control = control(&progress, groups.as_ref(), context);
             scenes.run_groups(receivers, &settings, control, wanted)
@@ -131,13 +136,16 @@ impl TraceJob<'_> {
         context.checkpoints.map_or(Ok(()), Store::take_error)
     }
 
-    /// Hands far field, plane and the design's own receivers to `trace`.
-    fn with_receivers<T>(&self, trace: impl FnOnce(&[&dyn Receiver]) -> T) -> Result<T> {
+    /// Hands far field, plane, the design's own receivers and `planes` between films to `trace`.
+    fn with_receivers<T>(
+        &self,
+        planes: &FilmPlanes,
+        trace: impl FnOnce(&[&dyn Receiver]) -> T,
+    ) -> Result<T> {
         let design = self.design;
         let plane = plane(design)?;
         let far = FarField::new(design.far_field.bin_deg, design.far_field.azimuth_bin_deg)?;
-        let between_films = film_light::detectors(design)?;
-        let between_films = between_films.iter().map(|detector| detector as &dyn Receiver);
+        let between_films = planes.detectors.iter().map(|detector| detector as &dyn Receiver);
         let detectors = design.receivers.iter().map(|receiver| &receiver.detector as &dyn Receiver);
         let built_in: [&dyn Receiver; 2] = [&far, &plane];
         let receivers: Vec<_> =
@@ -191,6 +199,12 @@ fn uninterrupted<T>(done: Result<T, tracer::Error>) -> Result<T> {
         Err(tracer::Error::Cancelled) => Err(Interrupted.into()),
         other => Ok(other?),
     }
+}
+
+/// What numbered traces share in their name: `candidate 3 (height = 2)` has that of all candidates.
+fn kind_of(name: &str) -> String {
+    let name = name.split_once(" (").map_or(name, |(name, _)| name);
+    name.chars().filter(|c| !c.is_ascii_digit()).collect()
 }
 
 /// Accounts of power given up that hold more than [`NEGLIGIBLE`] of what was emitted, and their

@@ -30,7 +30,7 @@ impl Units {
     /// Units of `design`, in the weighting that its `lights` ask for; without lights radiometric.
     pub fn from_design(design: &Design, lights: Option<&Lights>) -> Self {
         let units = Self::new(design.emitted_w(), lights);
-        if design.converts_in_lumens() { units.of_colours() } else { units }
+        if design.converts_in_lumens { units.of_colours() } else { units }
     }
 
     fn new(emitted_w: f64, lights: Option<&Lights>) -> Self {

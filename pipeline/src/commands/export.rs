@@ -24,7 +24,7 @@ use files::formats::{Holds, Writes, words};
 use files::run_context::RunContext;
 use metrics::digits::shortest;
 use metrics::plural::count;
-use results::far_field;
+use results::far_field::{self, Stored};
 use simulate::model::Model;
 use simulate::scene::DomeSurface;
 use simulate::spectral::SpectralJob;
@@ -72,7 +72,7 @@ pub struct ExportArgs {
     /// Paths to trace, instead of the design's trace.paths
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
     pub paths: Option<u64>,
-    /// Luminous flux of the sources in lm, for far fields [default: that of the design, else 1000]
+    /// Luminous flux of the sources in lm (of converted light that which leaves), for far fields [default: that of the design, else 1000]
     /// and ray files [default: that of the design, else not stated]
     #[arg(long, value_name = "LM", allow_negative_numbers = true)]
     pub lumens: Option<f64>,
@@ -186,7 +186,7 @@ fn of_results(arguments: &Export<'_>, context: RunContext) -> Result<()> {
             words(&[Holds::FarField])
         );
     };
-    let far_field::Stored { far, emitted_lm } = far_field::of_results(&arguments.input)?;
+    let stored = far_field::of_results(&arguments.input)?;
     let name = arguments
         .input
         .canonicalize()?
@@ -196,35 +196,38 @@ fn of_results(arguments: &Export<'_>, context: RunContext) -> Result<()> {
         .map(|c| c.as_os_str().to_string_lossy().into_owned())
         .collect::<Vec<_>>();
     let name: Vec<&str> = name.iter().rev().map(String::as_str).collect();
-    far_field(&name.join(" "), &far, emitted_lm, text, arguments, context)
+    far_field(&name.join(" "), &stored, text, arguments, context)
 }
 
-/// Writes the far field `far` of sources of 1 lm. Photometry is absolute where the design states
-/// its lumens, `emitted_lm`, and the arguments state no others.
+/// Writes a far field of 1 lm. Photometry is absolute where the design states its lumens and the arguments
+/// state no others.
 fn far_field(
     name: &str,
-    far: &Distribution,
-    emitted_lm: Option<f64>,
+    Stored { far, lumens: stated, is_converted }: &Stored,
     text: fn(&Labels, &Distribution, Photometry) -> String,
     arguments: &Export<'_>,
     context: RunContext,
 ) -> Result<()> {
     let out = &arguments.out;
     let photometry = Photometry {
-        lumens: arguments.lumens.or(emitted_lm).unwrap_or(1000.0),
-        absolute: arguments.absolute || arguments.lumens.is_none() && emitted_lm.is_some(),
+        lumens: arguments.lumens.or(*stated).unwrap_or(1000.0),
+        absolute: arguments.absolute || arguments.lumens.is_none() && stated.is_some(),
         watts: 1.0,
     };
     let table = far.clone().scaled(photometry.lumens);
     let labels = Labels::of_simulation(name);
     write_bytes(out, text(&labels, &table, photometry).as_bytes())?;
     let flux = table.flux();
-    let json = json!({"file": out.display().to_string(), "flux_lm": flux, "sources_lm": photometry.lumens});
+    let mut json = json!({"file": out.display().to_string(), "flux_lm": flux});
+    let mut of_sources = String::new();
+    if !is_converted {
+        json["sources_lm"] = photometry.lumens.into();
+        of_sources = format!(" of {} lm", photometry.lumens);
+    }
     context.console.result(&json, || {
         format!(
-            "{}\n  {flux:.4} lm of {} lm leave; interpolation gives the flux of every bin",
-            out.display(),
-            photometry.lumens
+            "{}\n  {flux:.4} lm{of_sources} leave; interpolation gives the flux of every bin",
+            out.display()
         )
     })
 }
@@ -347,7 +350,8 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
             let seen = observe(&design, &surface(&plan)?, plan.paths, &design.name, context)?;
             let far = photometry::distribution(seen.far_field.total(), &seen.sphere)?;
             let name = format!("{} {}", design.name, model.key(&design));
-            far_field(&name, &far, design.emitted_lm(), text, arguments, context)
+            let far = Stored { far, lumens: design.emitted_lm(), is_converted: false };
+            far_field(&name, &far, text, arguments, context)
         }
         _ => bail!("expected a format of far fields or rays, got {}", arguments.format.word),
     }

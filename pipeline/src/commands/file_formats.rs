@@ -130,8 +130,8 @@ pub struct CellSteps {
 }
 
 impl CellSteps {
-    /// Its options, and whether each differs from its default.
-    pub fn given(&self) -> [(&'static str, bool); 5] {
+    /// Names of the options, each true if it differs from its default.
+    pub fn changed(&self) -> [(&'static str, bool); 5] {
         let plain = Self::default();
         let differs = |step: f64, plain: f64| step.to_bits() != plain.to_bits();
         [

@@ -99,17 +99,17 @@ pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
         ("--index-outer", arguments.index_outer.to_bits() != INDEX.to_bits()),
         ("--from", arguments.from != FROM),
     ];
-    let given: Vec<&str> = arguments
+    let changed: Vec<&str> = arguments
         .steps
-        .given()
+        .changed()
         .into_iter()
         .chain(of_tables)
         .filter_map(|(name, is_given)| is_given.then_some(name))
         .collect();
     ensure!(
-        is_table || given.is_empty(),
+        is_table || changed.is_empty(),
         "{}: expected a file of tables, got {}",
-        given.join(", "),
+        changed.join(", "),
         content.format()
     );
     if let Some((out, format)) = format {

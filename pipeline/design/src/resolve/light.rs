@@ -24,6 +24,8 @@ pub(crate) struct ResolvedLight {
     pub(crate) wavelength_nm: f64,
     /// The spectrum, if there is one.
     pub(crate) spectrum: Option<Spectrum>,
+    /// True if converted light is counted in lumens; the spectrum is radiometric then.
+    pub(crate) converts_in_lumens: bool,
 }
 
 impl ResolvedLight {
@@ -51,14 +53,20 @@ pub(crate) fn resolve(
     // Who states lumens asks for lumens, unless the design says otherwise.
     let in_lumens = design.led.shared.power_lm.is_some();
     let usual = in_lumens.then_some(Weighting::Photometric);
+    // Light is converted watt by watt, whatever is counted at the end.
+    let converts = design.converts();
+    let traced = |weighting: Weighting| if converts { Weighting::Radiometric } else { weighting };
+    let counted = |weighting: Weighting| converts && weighting == Weighting::Photometric;
     match (raw.wavelength_nm, &raw.spectrum) {
         (Some(wavelength_nm), None) => {
             let key = "light.wavelength_nm";
             at.within(key, wavelength_nm, WAVELENGTHS_NM[0], WAVELENGTHS_NM[1])?;
             // Lumens of one wavelength are those of a spectrum of one line.
-            let photometric = raw.weighting.or(usual) == Some(Weighting::Photometric);
+            let weighting = raw.weighting.or(usual).unwrap_or(Weighting::Radiometric);
+            let photometric = traced(weighting) == Weighting::Photometric;
             let line = photometric.then(|| line(wavelength_nm, Weighting::Photometric, key, at));
-            Ok(ResolvedLight { wavelength_nm, spectrum: line.transpose()? })
+            let converts_in_lumens = counted(weighting);
+            Ok(ResolvedLight { wavelength_nm, spectrum: line.transpose()?, converts_in_lumens })
         }
         (None, Some(spectrum)) => {
             if raw.weighting.is_some() {
@@ -70,8 +78,12 @@ pub(crate) fn resolve(
                 let expected = "\"radiometric\" or \"photometric\"";
                 at.value("light.spectrum.weighting", "missing", expected)
             })?;
-            let spectrum = resolve_spectrum(spectrum, (key, weighting), folder, at)?;
-            Ok(ResolvedLight { wavelength_nm: spectrum.median_nm(), spectrum: Some(spectrum) })
+            let spectrum = resolve_spectrum(spectrum, (key, traced(weighting)), folder, at)?;
+            Ok(ResolvedLight {
+                wavelength_nm: spectrum.median_nm(),
+                spectrum: Some(spectrum),
+                converts_in_lumens: counted(weighting),
+            })
         }
         (both, _) => Err(at.value(
             "light",

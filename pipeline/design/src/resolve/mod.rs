@@ -116,6 +116,7 @@ impl Design {
             housing,
             wavelength_nm,
             spectrum: light.spectrum,
+            converts_in_lumens: light.converts_in_lumens,
             lights,
             emitted,
             without_bands: None,
@@ -142,12 +143,6 @@ impl Design {
         }
         let films = film_stack::resolve(&raw.films, &design, folder, &at)?;
         design.solids.extend(films);
-        // Lumens that converted light leaves with are no share of those of the source.
-        if design.converts()
-            && let Some(emitted) = &mut design.emitted
-        {
-            emitted.luminous_lm = 0.0;
-        }
         design.check_observation(&at)?;
         let scale = receivers::Scale::of(&design, source_file.as_ref());
         design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;

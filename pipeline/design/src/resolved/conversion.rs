@@ -20,12 +20,6 @@ impl Design {
         self.luminophores().next().is_some()
     }
 
-    /// True if what leaves converted is counted in lumens: the weighting of the light is photometric.
-    pub fn converts_in_lumens(&self) -> bool {
-        let weighting = self.spectrum.as_ref().map(|spectrum| spectrum.weighting);
-        weighting == Some(Weighting::Photometric) && self.converts()
-    }
-
     /// Substances of all media, those of the silicone first.
     pub fn luminophores(&self) -> impl Iterator<Item = &MediumLuminophore> {
         self.media().flat_map(|medium| &medium.luminophores)

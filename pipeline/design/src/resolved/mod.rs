@@ -90,6 +90,9 @@ pub struct Design {
     /// Power over the wavelength, unless the light is monochromatic.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<Spectrum>,
+    /// True if what leaves converted is counted in lumens: the stated weighting is photometric.
+    #[serde(skip)]
+    pub converts_in_lumens: bool,
     /// The lights of the sources, unless that of the design is the only one; with a light for each
     /// source where every source has a ledger of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -257,8 +260,11 @@ impl Design {
     }
 
     /// Luminous flux of all sources of all packages, lm, where the design states what they emit and
-    /// the eye sees it.
+    /// the eye sees it. Of light that is converted none: lumens that leave are no share of them.
     pub fn emitted_lm(&self) -> Option<f64> {
+        if self.converts() {
+            return None;
+        }
         let lumens = self.emitted?.luminous_lm * self.array.axes_mm().len() as f64;
         (lumens > 0.0).then_some(lumens)
     }

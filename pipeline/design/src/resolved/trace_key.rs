@@ -69,6 +69,8 @@ impl Design {
             housing,
             wavelength_nm,
             spectrum,
+            // It weights what was traced.
+            converts_in_lumens: _,
             lights: _,
             // Readings are scaled where they are written.
             emitted: _,

@@ -157,6 +157,16 @@ pub struct Silicone {
     pub luminophores: Vec<Luminophore>,
 }
 
+impl Design {
+    /// True if a medium converts light to other wavelengths.
+    pub(crate) fn converts(&self) -> bool {
+        let of_solids = self.solids.iter().filter_map(|solid| solid.shared.medium.as_ref());
+        let of_films = self.films.iter().map(|film| &film.medium);
+        let mut media = self.silicone.iter().chain(of_solids).chain(of_films);
+        media.any(|medium| !medium.luminophores.is_empty())
+    }
+}
+
 /// Places of the rows of an array.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]

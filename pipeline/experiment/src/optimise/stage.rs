@@ -55,7 +55,7 @@ pub(super) struct FinalCandidate {
     pub selection_value: f64,
     /// Its standard error.
     pub selection_error: Option<f64>,
-    /// Its ends, where a figure of it is known between ends alone.
+    /// Ends of the objective, where a figure of it is known between ends alone.
     pub selection_interval: Option<[f64; 2]>,
     /// True where all constraints are met.
     pub feasible: bool,
@@ -345,7 +345,8 @@ impl StageSearch<'_, '_> {
                 search_value,
                 selection_value: candidate.value(),
                 selection_error: candidate.standard_error,
-                selection_interval: candidate.interval,
+                // The value of one that misses constraints is a penalty.
+                selection_interval: candidate.interval.filter(|_| candidate.feasible),
                 feasible: candidate.feasible,
                 misses: self.evaluator.objective.missed(&candidate.figures),
             })

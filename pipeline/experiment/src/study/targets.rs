@@ -108,10 +108,8 @@ fn sought(key: &str, figure: &Definition, value: &toml::Value) -> Result<Sought>
         let Some(number) = dotted_keys::number(value).filter(|n| n.is_finite()) else {
             bail!("{key}: expected a number, got {value}");
         };
-        ensure!(
-            (0.0..=most).contains(&number),
-            "{key}: expected {unit} from 0 to {most}, got {number}"
-        );
+        let bounds = if most < 1e30 { format!("from 0 to {most}") } else { "from 0".to_owned() };
+        ensure!((0.0..=most).contains(&number), "{key}: expected {unit} {bounds}, got {number}");
         Ok(number)
     };
     let Some(table) = value.as_table() else {

@@ -7,7 +7,6 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, ensure};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
-use metrics::figures::{CENTRE_TO_PEAK, PEAK_ANGLE};
 use serde_json::{Value, json};
 
 use files::formats::exr;
@@ -20,8 +19,6 @@ use super::folder::Folder;
 use super::pack::{base64_of_numbers, linear};
 use crate::plots::{map_range, receiver_title};
 
-/// Figures that every model has.
-const ALWAYS: [&str; 2] = [PEAK_ANGLE.key, CENTRE_TO_PEAK.key];
 /// Counter that every model has.
 pub const SURFACES: &str = "surfaces_per_path";
 /// Letters that the pictures of colours and of all receivers may take.
@@ -59,7 +56,7 @@ impl Model<'_> {
         let missing = |key: &str| format!("{}: expected a value, got none", place(key));
         ensure!(counters.contains_key(SURFACES), missing(&format!("counters.{SURFACES}")));
         let named = units.keys().map(String::as_str);
-        for key in ALWAYS.into_iter().chain(named) {
+        for key in named {
             let known = key == LEDGER || figures.contains_key(key) || counters.contains_key(key);
             ensure!(known, missing(key));
         }

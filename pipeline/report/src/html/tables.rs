@@ -201,14 +201,14 @@ pub fn ledger(models: &[Model]) -> Vec<Value> {
 
 /// Light that passes between films, the uppermost plane first.
 fn between_films(design: &[Model]) -> Option<Value> {
-    let planes = |model: &Model| film_light::film_light(&model.entry.power_ledger);
+    let planes = |model: &Model| film_light::planes(&model.entry.power_ledger);
     let names = planes(design.first()?).into_iter().enumerate().rev();
     let rows = names.flat_map(|(k, (name, _))| {
         [(format!("{name}, upwards"), (k, 0)), (format!("{name}, downwards"), (k, 1))]
     });
     by_model(design, &rows.collect::<Vec<_>>(), |model, (k, way)| {
         let share = planes(model).get(*k)?.1[*way];
-        Some(shown::number(&FigureEntry::new(share), Unit::Fraction))
+        Some(shown::number(&FigureEntry::new(share), Unit::Ratio))
     })
 }
 

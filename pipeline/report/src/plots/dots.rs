@@ -156,6 +156,7 @@ impl Computed {
         // No share lies beyond 0 and 1.
         let bar = match unit {
             Unit::Fraction => [low.max(0.0), high.min(1.0)],
+            Unit::Ratio => [low.max(0.0), high],
             _ => [low, high],
         };
         Self { value: entry.value, bar, words: shown::text(&entry.in_range(unit), unit) }

@@ -120,6 +120,12 @@ fn missing(design: &Design, figure: &Definition) -> Option<&'static str> {
         _ if *figure == PARABOLA && design.far_field.peak != PeakMethod::Bin => {
             "and far_field.peak is no bin: peak_angle_deg is that of the parabola"
         }
+        _ if *figure == INTENSITY_PER_KILOLUMEN && design.converts() => {
+            "whose light is converted: lumens that leave are no share of those emitted"
+        }
+        _ if figure.is_absolute && design.emitted.is_none() && design.converts() => {
+            "which needs the power that the LEDs emit (led.power_w)"
+        }
         _ if figure.is_absolute && design.emitted.is_none() => {
             "which needs the flux that the LEDs emit (led.power_w, led.power_lm)"
         }

@@ -146,7 +146,7 @@ impl Reader for FarFieldReader<'_> {
 pub(super) fn has_lumens(design: &Design) -> bool {
     let lights = design.all_lights();
     let is_weighted = lights.is_none_or(|all| all.weighting == Weighting::Photometric);
-    is_weighted && design.emitted.is_some_and(|emitted| emitted.luminous_lm > 0.0)
+    is_weighted && design.emitted_lm().is_some()
 }
 
 struct DomeReader;
