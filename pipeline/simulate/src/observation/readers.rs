@@ -59,7 +59,12 @@ pub(super) fn readers<'a>(
         all.push(Box::new(reader));
     }
     if any(Source::Ledger) || seen.accounts.iter().any(|account| wanted(account)) {
-        all.push(Box::new(LedgerReader { accounts: &seen.accounts, design, units }));
+        let accounts = &seen.accounts;
+        all.push(Box::new(LedgerReader { accounts, design }));
+        if design.emitted.is_some() {
+            let is_luminous = seen.luminous.is_some();
+            all.push(Box::new(FluxReader { accounts, design, units, is_luminous }));
+        }
     }
     if any(Source::Illuminance) && design.emitted.is_some() {
         all.push(Box::new(IlluminanceReader::new(seen.grid, layout(design), units)));
@@ -165,11 +170,10 @@ impl Reader for DomeReader {
     }
 }
 
-/// Shares of the ledger's ends of light, then the flux upwards and downwards.
+/// Shares of the ledger's ends of light.
 struct LedgerReader<'a> {
     accounts: &'a [String],
     design: &'a Design,
-    units: Units,
 }
 
 impl LedgerReader<'_> {
@@ -182,40 +186,57 @@ impl LedgerReader<'_> {
 
 impl Reader for LedgerReader<'_> {
     fn columns(&self) -> Vec<Column> {
-        let mut all: Vec<Column> =
-            self.shares().into_iter().map(|(_, figure)| Column::plain(figure)).collect();
-        if self.design.emitted.is_some() {
-            let flux = |figure: Definition| Column::new(figure, figure.unit, &self.units);
-            all.extend([FLUX_UP, FLUX_DOWN].map(flux));
-        }
-        all
+        self.shares().into_iter().map(|(_, figure)| Column::plain(figure)).collect()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
-        let Some(luminous) = &seen.luminous else { return Some(Cow::Borrowed(&seen.powers)) };
-        let both = |g: usize| [seen.powers.group(g), luminous.group(g)].concat();
-        Some(Cow::Owned(Grouped::new((0..luminous.count()).map(both).collect())))
+        Some(Cow::Borrowed(&seen.powers))
     }
 
     fn values(&self, powers: &[f64]) -> Vec<f64> {
-        let share = |k: usize| powers[k] / powers[flow::EMITTED];
-        // Lumens of the accounts follow their powers.
-        let lumens = if powers.len() > self.accounts.len() { self.accounts.len() } else { 0 };
-        let ends = [ESCAPED_UP, ESCAPED_DOWN].map(|figure| {
-            let account = self.accounts.iter().position(|account| account == figure.key);
-            account.map_or(f64::NAN, |k| share(lumens + k))
-        });
-        self.shares().iter().map(|(k, _)| share(*k)).chain(ends).collect()
+        let shares = self.shares();
+        shares.iter().map(|(k, _)| powers[*k] / powers[flow::EMITTED]).collect()
     }
 
     fn one_path(&self, power: f64) -> Vec<f64> {
-        let of = |account: &str| of_one_path(self.design, account, power);
-        let shares = self.shares().into_iter().map(|(_, figure)| of(&figure.key));
-        shares.chain([ESCAPED_UP, ESCAPED_DOWN].map(|figure| of(figure.key))).collect()
+        let shares = self.shares().into_iter();
+        shares.map(|(_, figure)| of_one_path(self.design, &figure.key, power)).collect()
     }
 }
 
-/// What one path adds to this account: 0 if none of `design` can end there, below the plane
+/// Flux upwards and downwards, W or lm.
+struct FluxReader<'a> {
+    accounts: &'a [String],
+    design: &'a Design,
+    units: Units,
+    /// True where the lumens of the accounts are read, which are of 1 W emitted.
+    is_luminous: bool,
+}
+
+impl Reader for FluxReader<'_> {
+    fn columns(&self) -> Vec<Column> {
+        [FLUX_UP, FLUX_DOWN].map(|figure| Column::new(figure, figure.unit, &self.units)).into()
+    }
+
+    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
+        Some(Cow::Borrowed(seen.luminous.as_ref().unwrap_or(&seen.powers)))
+    }
+
+    fn values(&self, sums: &[f64]) -> Vec<f64> {
+        let emitted = if self.is_luminous { 1.0 } else { sums[flow::EMITTED] };
+        let ends = [ESCAPED_UP, ESCAPED_DOWN].map(|figure| {
+            let account = self.accounts.iter().position(|account| account == figure.key);
+            account.map_or(f64::NAN, |k| sums[k] / emitted)
+        });
+        ends.into()
+    }
+
+    fn one_path(&self, power: f64) -> Vec<f64> {
+        [ESCAPED_UP, ESCAPED_DOWN].map(|end| of_one_path(self.design, end.key, power)).into()
+    }
+}
+
+/// Power of one path in this account: 0 if none of `design` can end there, below the plane
 /// without a housing or in a medium that does not absorb.
 pub fn of_one_path(design: &Design, account: &str, power: f64) -> f64 {
     let solids = design.solids.iter();

@@ -1,0 +1,144 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT OR Apache-2.0
+"""Distances of hybrid and rays from full wave: four reliefs, rings of 2 to 10 µm.
+
+    python3 data/studies/full-wave/run.py [FOLDER]
+
+From the root of the repository. Prints a table and writes it into FOLDER as full-wave.csv and full-wave.svg;
+rows that lie there are kept. Some 25 minutes on two cores. The binary is target/release/batwing, or the one
+that BATWING names.
+"""
+
+import csv
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+BATWING = os.environ.get("BATWING", str(ROOT / "target/release/batwing"))
+WAVELENGTH_UM = 0.55
+DESIGNS = {
+    "d1": "designs/d1.toml",
+    "d2": "designs/d2.toml",
+    "d3": "designs/d3.toml",
+    "d3-by-waves": "gallery/d3-by-waves/design.toml",
+}
+COLOURS = {"d1": "#00798c", "d2": "#d1495b", "d3": "#edae49", "d3-by-waves": "#66a182"}
+# Design, offset of the LED from the axis in mm, rings a side, their width in µm.
+ROWS = [(design, 0.0, 8, width) for design in ("d1", "d2", "d3") for width in (2, 3, 5)]
+ROWS += [("d1", 0.0, 16, width) for width in (2, 5)]
+ROWS += [("d1", 0.0, 34, 2), ("d2", 0.0, 16, 2), ("d3", 0.0, 16, 2)]
+ROWS += [(design, 0.0, 8, 10) for design in ("d1", "d2", "d3")]
+ROWS += [("d3-by-waves", 0.0, 8, width) for width in (2, 5)]
+ROWS += [(design, 0.4, 8, 3) for design in ("d1", "d2")]
+# Full wave, hybrid and rays with one assumption more or less, in two small domes.
+SEPARATE = [("d1", 4, 3), ("d2", 6, 2)]
+
+
+def design_file(folder, name, offset_mm):
+    """The design, with its LED off the axis where that is asked for."""
+    path = ROOT / "data" / DESIGNS[name]
+    if not offset_mm:
+        return path
+    text = path.read_text()
+    moved = text.replace("[led]", f"[led]\noffset_mm = [{offset_mm}, 0.0]", 1)
+    file = folder / f"{name}-{offset_mm}.toml"
+    file.write_text(moved.replace(f'name = "{name.upper()}"', f'name = "{name}-off-axis"', 1))
+    return file
+
+
+def distances(folder, name, offset_mm, rings, width_um):
+    """The row of one comparison, in percent of the largest bin."""
+    at = folder / f"{name}-{rings}x{width_um}{f'-{offset_mm}' if offset_mm else ''}"
+    if not (at / "full_wave.json").is_file():
+        command = [BATWING, "--quiet", "full-wave", str(design_file(folder, name, offset_mm)), "--rings",
+                   str(rings), "--ring-width-um", str(width_um), "--paths", "1e6", "--out", str(at)]
+        subprocess.run(command, check=True)
+    found = json.loads((at / "full_wave.json").read_text())["comparison"]
+    row = {"design": name, "offset_mm": offset_mm, "rings": rings, "width_um": width_um,
+           "balance": found["balance"]}
+    for distance in found["distances"]:
+        key = f"{distance['model']}_{distance['bin_deg']:g}"
+        row[f"{key}_deg"] = 100 * distance["rms"]
+        row[f"{key}_deg_chance"] = 100 * distance["noise"]
+    return row
+
+
+def shown(row, model):
+    """The distance of a model in bins of 2.5 degrees less what chance makes of it."""
+    rms, chance = row[f"{model}_2.5_deg"], row[f"{model}_2.5_deg_chance"]
+    return math.sqrt(max(rms * rms - chance * chance, 0.0))
+
+
+def picture(rows, file):
+    """Distances of hybrid (filled) and rays (open) over the ring width, as SVG."""
+    width, height, margin, most = 700, 480, 70, 12.0
+
+    def at(waves, percent):
+        x = math.log(waves / 3) / math.log(7)
+        return margin + x * (width - 2 * margin - 110), height - margin - percent / most * (height - 2 * margin)
+
+    marks = []
+    for waves in (4, 6, 10, 18):
+        x, low = at(waves, 0)
+        marks += [f'<text x="{x:.1f}" y="{low + 22}" text-anchor="middle">{waves}</text>',
+                  f'<path d="M{x:.1f} {low}V{at(waves, most)[1]}" stroke="#ddd"/>']
+    for percent in range(0, 13, 2):
+        left, y = at(3, percent)
+        marks += [f'<text x="{left - 10}" y="{y + 5:.1f}" text-anchor="end">{percent}</text>',
+                  f'<path d="M{left} {y:.1f}H{at(21, 0)[0]}" stroke="#ddd"/>']
+    for row in rows:
+        if row["offset_mm"] or row["rings"] != 8:
+            continue
+        place = list(DESIGNS).index(row["design"]) - 1.5
+        ends = []
+        for model in ("hybrid", "rays"):
+            x, y = at(row["width_um"] / WAVELENGTH_UM, shown(row, model))
+            ends.append((x + 6 * place, y, model))
+        (x, top, _), (_, low, _) = ends
+        colour = COLOURS[row["design"]]
+        marks.append(f'<path d="M{x:.1f} {top:.1f}V{low:.1f}" stroke="{colour}"/>')
+        for x, y, model in ends:
+            fill = colour if model == "hybrid" else "#fff"
+            marks.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{fill}" stroke="{colour}" stroke-width="2"/>')
+    for k, (name, colour) in enumerate(COLOURS.items()):
+        x, y = width - margin - 90, margin + 24 * k
+        marks += [f'<circle cx="{x}" cy="{y}" r="5" fill="{colour}" stroke="{colour}" stroke-width="2"/>',
+                  f'<circle cx="{x + 16}" cy="{y}" r="5" fill="#fff" stroke="{colour}" stroke-width="2"/>',
+                  f'<text x="{x + 30}" y="{y + 5}">{name}</text>']
+    x, y = width - margin - 90, margin + 24 * len(COLOURS) + 8
+    marks += [f'<text x="{x - 5}" y="{y}">filled hybrid,</text>', f'<text x="{x - 5}" y="{y + 18}">open rays</text>',
+              f'<text x="{width / 2 - 55}" y="{height - 18}" text-anchor="middle">ring width / wavelength</text>',
+              f'<text transform="translate(22 {height / 2}) rotate(-90)" text-anchor="middle">'
+              "distance from full wave (% of the largest bin)</text>"]
+    file.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
+                    f'font-family="DejaVu Sans, sans-serif" font-size="14"><rect width="{width}" '
+                    f'height="{height}" fill="#fff"/>' + "".join(marks) + "</svg>\n")
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "full-wave")
+    folder.mkdir(parents=True, exist_ok=True)
+    for design, rings, width_um in SEPARATE:
+        out = folder / f"separate-{design}"
+        if not (out / "full_wave.json").is_file():
+            command = [BATWING, "full-wave", str(ROOT / "data" / DESIGNS[design]), "--rings", str(rings),
+                       "--ring-width-um", str(width_um), "--sources", "60", "--tolerance", "1e-4",
+                       "--paths", "2e5", "--separate", "--out", str(out)]
+            subprocess.run(command, check=True)
+    rows = []
+    for row in ROWS:
+        rows.append(distances(folder, *row))
+        print(*(f"{v:.3g}" if isinstance(v, float) else v for v in rows[-1].values()), flush=True)
+    with open(folder / "full-wave.csv", "w", newline="") as out:
+        table = csv.DictWriter(out, rows[0].keys())
+        table.writeheader()
+        table.writerows(rows)
+    picture(rows, folder / "full-wave.svg")
+
+
+if __name__ == "__main__":
+    main()
