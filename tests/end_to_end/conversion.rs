@@ -4,6 +4,8 @@
 
 use std::path::Path;
 
+use design::Design;
+use design::resolved::trace_key::ReliefModel;
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -124,6 +126,9 @@ fn lumens_change_nothing_of_what_is_traced() {
     assert!(lumens.converts_in_lumens && !watts.converts_in_lumens);
     assert_eq!(lumens.wavelength_nm.to_bits(), watts.wavelength_nm.to_bits());
     assert_eq!(lumens.tables_nm(), watts.tables_nm());
+    // What a cache keeps is weighted.
+    let fields = |design: &Design| design.trace_fields(ReliefModel::OrderTables);
+    assert_ne!(fields(&lumens), fields(&watts));
     // No eye sees this pump.
     let unseen = text.replace("[430, 440, 450, 460, 470]", "[330, 340, 350, 360, 370]");
     assert!(parsed(&unseen.replace("[400, 0.2]", "[320, 1.0], [400, 0.2]")).converts_in_lumens);
@@ -310,4 +315,29 @@ emission = { peak_nm = 535, fwhm_nm = 30 }
     let words = String::from_utf8(output.stderr).expect("UTF-8");
     let key = "blue.toml: films[2].medium.luminophores[1]: ";
     assert!(words.contains(key) && words.contains("\"green\" emits have more energy"), "{words}");
+}
+
+/// A dye takes blue watts that the eye hardly sees: the share of watts that leaves is none of lumens.
+#[test]
+fn photometry_is_not_made_of_the_watts_of_several_wavelengths() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("dye.yml"), include_str!("../findings/dye.yml")).expect("written");
+    let text = include_str!("../findings/dye-white.toml").replace("samples = 31", "samples = 3");
+    let export = |weighting: &str| {
+        let text = text.replace("\"radiometric\"", &format!("\"{weighting}\""));
+        std::fs::write(at.join("dye.toml"), text).expect("written");
+        let flags = ["run", "dye.toml", "--paths", "4096", "--out", weighting];
+        batwing(at).args(flags).assert().success();
+        let design = std::fs::read_dir(at.join(weighting)).expect("a folder");
+        let mut designs = design.filter_map(|entry| Some(entry.ok()?.path()));
+        let design = designs.find(|path| path.join("geometric").is_dir()).expect("one");
+        let results = design.join("geometric");
+        batwing(at).arg("export").arg(results).args(["--format", "ies", "--out", "x.ies"]).output()
+    };
+    let refused = export("radiometric").expect("it runs");
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert!(!refused.status.success() && said.contains("in watts: expected lumens"), "{said}");
+    let written = export("photometric").expect("it runs");
+    assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
 }

@@ -223,7 +223,8 @@ fn receivers(text: &mut String, model: &ModelResult) {
     let width = longest.unwrap_or(0).max(NAMES - 1);
     for (number, (name, value)) in figures.iter().enumerate() {
         if number == 0 {
-            text.push_str(" receivers\n");
+            let per_watt = if model.absolute.is_none() { ", of 1 W emitted in all" } else { "" };
+            let _ = writeln!(text, " receivers{per_watt}");
         }
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {name:<width$} {value}");

@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use serde_json::Value;
+use serde_json::{Value, json};
 use tracer::Distribution;
 
 use files::content_hash::{self, sha256_hex};
@@ -15,7 +15,7 @@ use files::formats::photometry::distribution;
 use metrics::far_field::{AngularBins, BinPlacement};
 
 use super::FILE;
-use super::schema::STOKES_LOSS;
+use super::schema::{STOKES_LOSS, StoppedBy};
 
 /// A far field of a results directory.
 pub struct Stored {
@@ -23,6 +23,8 @@ pub struct Stored {
     pub far: Distribution,
     /// Lumens that the sources emit, or that leave converted, where the design states what they emit.
     pub lumens: Option<f64>,
+    /// Watts that the sources emit, where the design states them.
+    pub watts: Option<f64>,
     /// True of converted light, whose lumens are those that leave.
     pub is_converted: bool,
 }
@@ -47,7 +49,7 @@ pub fn of_results(directory: &Path) -> Result<Stored> {
             "`{}`: the far field of converted light in watts: expected lumens, of a run of the design with weighting = \"photometric\"",
             directory.display()
         );
-        return Ok(Stored { far, lumens: absolute.map(|_| flux), is_converted });
+        return Ok(Stored { far, lumens: absolute.map(|_| flux), watts: absolute, is_converted });
     }
     // The far field of many wavelengths has the shape of its lumens in photometric weighting only.
     let of_spectrum = stated(&model, "/spectrum/emitted/emitted_w");
@@ -55,7 +57,15 @@ pub fn of_results(directory: &Path) -> Result<Stored> {
         Some(_) => "/spectrum/emitted/emitted_lm",
         None => "/absolute/emitted/emitted_lm",
     };
-    Ok(Stored { far, lumens: absolute.and_then(|_| stated(&model, lumens)), is_converted })
+    ensure!(
+        of_spectrum.is_none()
+            || stated(&model, lumens).is_some()
+            || model["spectrum"]["stopped_by"] == json!(StoppedBy::NoDispersion),
+        "`{}`: a far field of several wavelengths in watts: expected lumens, of a run of the design with weighting = \"photometric\"",
+        directory.display()
+    );
+    let lumens = absolute.and_then(|_| stated(&model, lumens));
+    Ok(Stored { far, lumens, watts: absolute, is_converted })
 }
 
 /// The far field of a results directory, whether or not a run wrote it so, and the flux that it is one

@@ -56,8 +56,8 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
             line("cells", format!("{tables}, periods {periods}, heights {heights}"));
         }
     }
-    if let Some(spectrum) = &design.spectrum {
-        line("spectrum", spectrum.describe());
+    if let Some(words) = spectrum(design) {
+        line("spectrum", words);
     }
     if design.converts() {
         line("converted", converted(design));
@@ -148,10 +148,16 @@ fn map(design: &Design) -> String {
 fn receiver(receiver: &CheckedReceiver) -> String {
     let kind = match &receiver.stated.kind {
         ReceiverForm::Plane(_) => "illuminance".to_owned(),
-        ReceiverForm::Luminance(of) => match of.theta_max_deg {
-            Some(end) => format!("luminance within {}° of the normal", shortest(end)),
-            None => "luminance".to_owned(),
-        },
+        ReceiverForm::Luminance(of) => {
+            let view = of.view_deg.map_or("the normal".to_owned(), |view| {
+                let [theta, phi] = view.0.map(shortest);
+                format!("{theta}° to the normal, azimuth {phi}°")
+            });
+            match of.theta_max_deg {
+                Some(end) => format!("luminance within {}° of {view}", shortest(end)),
+                None => "luminance".to_owned(),
+            }
+        }
         ReceiverForm::FarField(_) => "far field".to_owned(),
         ReceiverForm::CGamma(_) => "far field on C-γ planes".to_owned(),
         ReceiverForm::Surface(of) => format!("flux on {}", of.surface),
@@ -162,7 +168,9 @@ fn receiver(receiver: &CheckedReceiver) -> String {
         let [columns, rows] = rectangle.bins;
         format!(", {width} x {depth} mm about ({x}, {y}, {z}) mm, {columns} x {rows} bins")
     });
-    format!("{}: {kind}{place}", receiver.name())
+    let part =
+        if receiver.stated.shared.only.is_some() { ", part of the light (only)" } else { "" };
+    format!("{}: {kind}{place}{part}", receiver.name())
 }
 
 /// Where nine and thirteen points are read, in words.
@@ -336,12 +344,20 @@ fn medium(medium: &Medium) -> String {
     words.join(", ")
 }
 
+/// The spectrum of the light, in words.
+fn spectrum(design: &Design) -> Option<String> {
+    let spectrum = design.spectrum.as_ref()?;
+    let converts = design.converts();
+    Some(if converts { spectrum.describe_converted() } else { spectrum.describe() })
+}
+
 /// The wavelengths of a design that converts light, in words.
 fn converted(design: &Design) -> String {
     let nm = design.traced_nm();
     let names: Vec<&str> = design.luminophores().map(|of| of.name.as_str()).collect();
+    let counted = if design.converts_in_lumens { "lumens" } else { "watts" };
     format!(
-        "by {}; {} from {} to {} nm in one trace, indices and coefficients here at {} nm",
+        "by {}, counted in {counted}; {} from {} to {} nm in one trace (light.step_nm), indices and coefficients here at {} nm",
         names.join(", "),
         count(nm.len(), "wavelength"),
         shortest(nm[0]),

@@ -229,7 +229,9 @@ fn cure(design: &Design) -> String {
     });
     let media = [("silicone".to_owned(), &design.silicone)].into_iter().chain(named);
     let holds = |of: &Medium| {
-        !of.luminophores.is_empty() && of.absorption_per_mm <= 0.0 && of.scattering.is_none()
+        let reflects_all = of.index > 1.0 + 1e-9;
+        let is_clear = of.absorption_per_mm <= 0.0 && of.scattering.is_none();
+        !of.luminophores.is_empty() && is_clear && reflects_all
     };
     let names: Vec<String> = media.filter(|(_, of)| holds(of)).map(|(name, _)| name).collect();
     if names.is_empty() {

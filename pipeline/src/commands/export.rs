@@ -203,7 +203,7 @@ fn of_results(arguments: &Export<'_>, context: RunContext) -> Result<()> {
 /// state no others.
 fn far_field(
     name: &str,
-    Stored { far, lumens: stated, is_converted }: &Stored,
+    Stored { far, lumens: stated, watts, is_converted }: &Stored,
     text: fn(&Labels, &Distribution, Photometry) -> String,
     arguments: &Export<'_>,
     context: RunContext,
@@ -212,7 +212,7 @@ fn far_field(
     let photometry = Photometry {
         lumens: arguments.lumens.or(*stated).unwrap_or(1000.0),
         absolute: arguments.absolute || arguments.lumens.is_none() && stated.is_some(),
-        watts: 1.0,
+        watts: watts.unwrap_or(1.0),
     };
     let table = far.clone().scaled(photometry.lumens);
     let labels = Labels::of_simulation(name);
@@ -350,7 +350,8 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
             let seen = observe(&design, &surface(&plan)?, plan.paths, &design.name, context)?;
             let far = photometry::distribution(seen.far_field.total(), &seen.sphere)?;
             let name = format!("{} {}", design.name, model.key(&design));
-            let far = Stored { far, lumens: design.emitted_lm(), is_converted: false };
+            let watts = design.emitted.map(|_| design.emitted_w());
+            let far = Stored { far, lumens: design.emitted_lm(), watts, is_converted: false };
             far_field(&name, &far, text, arguments, context)
         }
         _ => bail!("expected a format of far fields or rays, got {}", arguments.format.word),

@@ -16,6 +16,7 @@ use files::level_image::LevelImage;
 use files::provenance::FileRecord;
 use files::run_context::RunContext;
 use metrics::Estimate;
+use metrics::digits::significant;
 use metrics::figures::OF_RECEIVER;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
 use report::plots::{BinImage, Heading, IlluminanceMap, illuminance_map};
@@ -38,6 +39,9 @@ use output::capitalised;
 const TABLE: &str = "zones.csv";
 /// Endings of their files.
 const ENDINGS: [&str; 3] = ["exr", "npy", "png"];
+
+/// Standard errors between zones and a direct trace that chance does not make.
+const CONTRADICTS: f64 = 6.0;
 
 /// `batwing zones`.
 #[derive(Debug, Args)]
@@ -182,6 +186,13 @@ impl Command<'_> {
             context.console.warn(&format!(
                 "{}: the light of a package does not fall off within the array of the design, so that no figure is resolved; more packages there and --packages tell more",
                 self.design.provenance.file
+            ));
+        }
+        if let Some(direct) = found.direct.as_ref().filter(|direct| direct.largest > CONTRADICTS) {
+            context.console.warn(&format!(
+                "{}: the zones are {} standard errors off the direct trace at worst: do not rely on them, and please report it",
+                self.design.provenance.file,
+                significant(direct.largest)
             ));
         }
         supersede(&out.join(FILE))?;

@@ -69,8 +69,7 @@ impl Design {
             housing,
             wavelength_nm,
             spectrum,
-            // It weights what was traced.
-            converts_in_lumens: _,
+            converts_in_lumens,
             lights: _,
             // Readings are scaled where they are written.
             emitted: _,
@@ -128,6 +127,10 @@ impl Design {
             let nodes = self.traced_nm();
             let emitted = self.emitted_at(&nodes);
             fields["converted"] = json!({"step_nm": step_nm, "nm": nodes, "emitted": emitted});
+            // What is kept of a trace is weighted.
+            if *converts_in_lumens {
+                fields["converted"]["lumens"] = json!(true);
+            }
             if relief == ReliefModel::OrderTables {
                 fields["converted"]["tables_nm"] = json!(self.tables_nm());
             }

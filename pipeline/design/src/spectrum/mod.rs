@@ -315,6 +315,12 @@ impl Spectrum {
             self.luminous_efficacy_lm_per_w
         )
     }
+
+    /// The same of light that a medium converts, whose wavelengths are traced together.
+    pub fn describe_converted(&self) -> String {
+        let [low, high] = self.range_nm.map(|nm| (nm * 10.0).round() / 10.0);
+        format!("power from {low} to {high} nm, half of it below {} nm", self.median_nm())
+    }
 }
 
 /// The wavelength below which the share `u` of a density lies, rounded, nm.

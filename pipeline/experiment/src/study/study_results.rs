@@ -222,13 +222,18 @@ impl StudyResults<'_> {
         self.found[index].iter().flat_map(move |(place, judged)| {
             let design = designs.iter().find(|design| design.name == place.design);
             let unit = move |key: &str| design.map_or(named(key).1, |design| unit_of(design, key));
+            let base = self.study.setups[0].1.iter().find(|design| design.name == place.design);
+            // Watts are not subtracted from lumens.
+            let is_compared = move |key: &str| {
+                index > 0 && base.is_some_and(|base| unit_of(base, key) == unit(key))
+            };
             judged.figures.iter().map(move |(name, figure)| FigureRow {
                 setup,
                 place,
                 figure: name,
                 unit: unit(name),
                 value: figure.entry,
-                change: (index > 0)
+                change: is_compared(name)
                     .then(|| self.base(place, name))
                     .flatten()
                     .map(|b| figure.change(b)),

@@ -354,7 +354,11 @@ pub(super) fn figures_of(receiver: &CheckedReceiver) -> impl Iterator<Item = Def
 /// Those that are read from its bins: flux and mean alone of one place, which has no extremes.
 fn figures_of_bins(receiver: &CheckedReceiver) -> impl Iterator<Item = Definition> {
     let points = OF_RECEIVER.len() - BY_ANGLE.len();
-    let count = match receiver.detector.places() {
+    let directions = match &receiver.detector.measurement {
+        Measurement::Luminance(_, angles) => angles.bins(),
+        _ => 1,
+    };
+    let count = match receiver.detector.places() / directions {
         0 | 1 => 2,
         _ if rectangle_of_points(receiver).is_some() => points,
         _ => points - 2,
