@@ -9,6 +9,7 @@ use metrics::digits::{Digits, format_value_with_error, shortest, significant};
 use metrics::figures::{self, BEAM_ANGLE, COLOURS_OF_RECEIVER, FIELD_ANGLE, OF_RECEIVER, Source};
 use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
+use tracer::receiver::FLUX_BINS;
 
 use crate::figure_entry::FigureEntry;
 use crate::schema::{Emitted, ReceiverEntry, SpectrumEntry};
@@ -204,15 +205,30 @@ pub fn emitted(flux: &Emitted, spectrum: Option<&SpectrumEntry>) -> String {
     }
 }
 
-/// Labels and values of the figures of a receiver: flux, mean and extremes, colours; of a dark one the
+/// Labels of the fluxes on a surface.
+const FLUX_LABELS: [&str; 6] = [
+    "from inside",
+    "from inside, absorbed",
+    "from inside, passed",
+    "from outside",
+    "from outside, absorbed",
+    "from outside, passed",
+];
+
+/// Labels and values of the figures of a receiver: fluxes of a surface, or flux, mean and extremes, colours; of a dark one the
 /// bounds of flux and mean.
 pub fn of_receiver(receiver: &ReceiverEntry) -> impl Iterator<Item = (&'static str, String)> {
     let is_dark = receiver.figures.get("mean").is_some_and(|mean| mean.upper_bound.is_some());
     let shown = OF_RECEIVER.into_iter().take(if is_dark { 2 } else { OF_RECEIVER.len() });
-    shown.chain(COLOURS_OF_RECEIVER).filter_map(|figure| {
+    let read = shown.chain(COLOURS_OF_RECEIVER).filter_map(|figure| {
         let (entry, unit) = receiver.figure(figure.key)?;
         Some((figure.label, text(entry, unit)))
-    })
+    });
+    let of_surface = FLUX_BINS.into_iter().zip(FLUX_LABELS).filter_map(|(key, label)| {
+        let unit = Unit::from_name(receiver.flux_unit.as_deref()?)?;
+        Some((label, text(receiver.figures.get(key)?, unit)))
+    });
+    read.chain(of_surface)
 }
 
 /// `value` as a multiple of `step`, a power of ten, to which `whole` rounds it, in as few digits as
