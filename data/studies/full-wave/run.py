@@ -73,50 +73,55 @@ def shown(row, model):
     return math.sqrt(max(rms * rms - chance * chance, 0.0))
 
 
-def picture(rows, file):
-    """Distances of hybrid (filled) and rays (open) over the ring width, as SVG."""
-    width, height, margin, most = 700, 480, 70, 12.0
+def panel(rows, left, title, label, ends, ticks, place):
+    """Marks of one panel from `left` on: distances over `place` of a row, on a logarithmic axis."""
+    width, bottom, top, most = 300, 400, 60, 12.0
+    low, high = (math.log(end) for end in ends)
 
-    def at(waves, percent):
-        x = math.log(waves / 3) / math.log(7)
-        return margin + x * (width - 2 * margin - 110), height - margin - percent / most * (height - 2 * margin)
+    def at(x, percent):
+        return (left + (math.log(x) - low) / (high - low) * width, bottom - percent / most * (bottom - top))
 
-    marks = []
-    for waves in (4, 6, 10, 18):
-        x, low = at(waves, 0)
-        marks += [f'<text x="{x:.1f}" y="{low + 22}" text-anchor="middle">{waves}</text>',
-                  f'<path d="M{x:.1f} {low}V{at(waves, most)[1]}" stroke="#ddd"/>']
+    marks = [f'<text x="{left}" y="{top - 18}">{title}</text>',
+             f'<text x="{left + width / 2}" y="{bottom + 48}" text-anchor="middle">{label}</text>']
+    for tick in ticks:
+        x, y = at(tick, 0)
+        marks += [f'<text x="{x:.1f}" y="{y + 22}" text-anchor="middle">{tick}</text>',
+                  f'<path d="M{x:.1f} {y}V{top}" stroke="#ddd"/>']
     for percent in range(0, 13, 2):
-        left, y = at(3, percent)
+        _, y = at(ends[0], percent)
         marks += [f'<text x="{left - 10}" y="{y + 5:.1f}" text-anchor="end">{percent}</text>',
-                  f'<path d="M{left} {y:.1f}H{at(21, 0)[0]}" stroke="#ddd"/>']
+                  f'<path d="M{left} {y:.1f}H{left + width}" stroke="#ddd"/>']
     for row in rows:
-        if row["offset_mm"] or row["rings"] != 8:
-            continue
-        place = list(DESIGNS).index(row["design"]) - 1.5
-        ends = []
-        for model in ("hybrid", "rays"):
-            x, y = at(row["width_um"] / WAVELENGTH_UM, shown(row, model))
-            ends.append((x + 6 * place, y, model))
-        (x, top, _), (_, low, _) = ends
         colour = COLOURS[row["design"]]
-        marks.append(f'<path d="M{x:.1f} {top:.1f}V{low:.1f}" stroke="{colour}"/>')
-        for x, y, model in ends:
-            fill = colour if model == "hybrid" else "#fff"
-            marks.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{fill}" stroke="{colour}" stroke-width="2"/>')
+        beside = 6 * (list(DESIGNS).index(row["design"]) - 1.5)
+        ends_of_line = [at(place(row), shown(row, model)) for model in ("hybrid", "rays")]
+        (x, hybrid), (_, rays) = ends_of_line
+        x += beside
+        marks.append(f'<path d="M{x:.1f} {hybrid:.1f}V{rays:.1f}" stroke="{colour}"/>')
+        for y, fill in ((hybrid, colour), (rays, "#fff")):
+            marks.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{fill}" stroke="{colour}" '
+                         'stroke-width="2"/>')
+    return marks
+
+
+def picture(rows, file):
+    """Distances of hybrid (filled) and rays (open) over the width and the number of rings, as SVG."""
+    rows = [row for row in rows if not row["offset_mm"]]
+    marks = panel([row for row in rows if row["rings"] == 8], 70, "8 rings a side",
+                  "ring width / wavelength", (3, 21), (4, 6, 10, 18), lambda row: row["width_um"] / WAVELENGTH_UM)
+    marks += panel([row for row in rows if row["width_um"] == 2], 430, "rings of 3.6 wavelengths",
+                   "rings a side", (6, 45), (8, 16, 34), lambda row: row["rings"])
     for k, (name, colour) in enumerate(COLOURS.items()):
-        x, y = width - margin - 90, margin + 24 * k
+        x, y = 770, 70 + 24 * k
         marks += [f'<circle cx="{x}" cy="{y}" r="5" fill="{colour}" stroke="{colour}" stroke-width="2"/>',
                   f'<circle cx="{x + 16}" cy="{y}" r="5" fill="#fff" stroke="{colour}" stroke-width="2"/>',
                   f'<text x="{x + 30}" y="{y + 5}">{name}</text>']
-    x, y = width - margin - 90, margin + 24 * len(COLOURS) + 8
-    marks += [f'<text x="{x - 5}" y="{y}">filled hybrid,</text>', f'<text x="{x - 5}" y="{y + 18}">open rays</text>',
-              f'<text x="{width / 2 - 55}" y="{height - 18}" text-anchor="middle">ring width / wavelength</text>',
-              f'<text transform="translate(22 {height / 2}) rotate(-90)" text-anchor="middle">'
+    marks += ['<text x="765" y="180">filled: hybrid</text>', '<text x="765" y="198">open: rays</text>',
+              '<text transform="translate(22 230) rotate(-90)" text-anchor="middle">'
               "distance from full wave (% of the largest bin)</text>"]
-    file.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" '
-                    f'font-family="DejaVu Sans, sans-serif" font-size="14"><rect width="{width}" '
-                    f'height="{height}" fill="#fff"/>' + "".join(marks) + "</svg>\n")
+    file.write_text('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 900 470" '
+                    'font-family="DejaVu Sans, sans-serif" font-size="14"><rect width="900" '
+                    'height="470" fill="#fff"/>' + "".join(marks) + "</svg>\n")
 
 
 def main():
