@@ -26,7 +26,7 @@ pub fn plain(said: &str, table: &str, kind: Option<&str>) -> Option<PlainWords> 
         let known = rest.split_once("expected ").map(|(_, known)| names(known));
         return found(match (kind, known) {
             (Some(kind), Some(known)) => {
-                format!("no such key for {kind:?}, expected {known}")
+                format!("no such key for {kind:?}, expected {known}, or one that all kinds have")
             }
             (Some(kind), None) => format!("no such key for {kind:?}, which has none of its own"),
             (None, Some(known)) => format!("no such key, expected {known}"),

@@ -508,9 +508,15 @@ fn ledger(account: &str) -> Option<Definition> {
 
 /// Keys of all figures, with placeholders for the names of receivers and accounts.
 pub fn keys() -> String {
-    let of_receiver = of_receivers().map(|figure| format!("{}.RECEIVER", figure.key));
-    let all = all().map(|figure| figure.key.to_owned()).chain(of_receiver);
-    let accounts = ["absorbed_by_SURFACE", "absorbed_in_MEDIUM"].map(str::to_owned);
+    keys_of(|_| true)
+}
+
+/// Those of the figures that are `wanted`, and of accounts.
+pub fn keys_of(wanted: impl Fn(&Definition) -> bool) -> String {
+    let of_receiver = of_receivers().filter(&wanted);
+    let of_receiver = of_receiver.map(|figure| format!("{}.RECEIVER", figure.key));
+    let all = all().filter(&wanted).map(|figure| figure.key.to_owned()).chain(of_receiver);
+    let accounts = ["absorbed_by_SURFACE", "absorbed_in_MEDIUM", "lost_CAUSE"].map(str::to_owned);
     all.chain(accounts).collect::<Vec<_>>().join(", ")
 }
 

@@ -192,7 +192,7 @@ fn points(design: &Design) -> Option<String> {
     let words: Vec<String> = cell.into_iter().chain(area).map(one).collect();
     let spots = match receiver.spot_mm {
         Some(spot_mm) => format!("spots of {} mm", shortest(spot_mm)),
-        None => "points of the map".to_owned(),
+        None => "read from the map".to_owned(),
     };
     (!words.is_empty()).then(|| format!("{spots}, {}", words.join("; ")))
 }

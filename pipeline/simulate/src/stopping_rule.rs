@@ -53,7 +53,7 @@ impl FromStr for ErrorTarget {
     /// `uniformity=0.1%`, `uniformity=0.001` or `peak_angle_deg=0.2`.
     fn from_str(text: &str) -> Result<Self, String> {
         let expected = || {
-            let keys = figures::keys();
+            let keys = figures::keys_of(|figure| !figure.source.is_of_colours());
             format!("expected FIGURE=ERROR, such as uniformity=0.1%, with one of {keys}")
         };
         let (figure, error) = text.split_once('=').ok_or_else(expected)?;
