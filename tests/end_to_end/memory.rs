@@ -15,10 +15,10 @@ const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data");
 
 /// Bytes of a bin: 64 groups of paths and their total.
 const BIN: usize = 8 * 65;
-/// What the program takes besides: itself (some 30 MB), stacks and heaps of threads, and single
-/// maps on their way into files, bytes: 370 to 410 MB, by the turns of the threads. One copy more of the
-/// smallest groups here takes 420 MB on top.
-const BESIDES: usize = 480_000_000;
+/// What the program takes besides: itself (some 30 MB), stacks of threads, one heap, and single maps on
+/// their way into files, bytes: 130 to 180 MB. One copy more of the smallest groups here takes 420 MB on
+/// top.
+const BESIDES: usize = 320_000_000;
 
 /// What comes of running `text` within so many bytes.
 fn within(folder: &Path, text: &str, bytes: usize, more: &str) -> Output {
@@ -33,6 +33,8 @@ fn limited(folder: &Path, bytes: usize, command: &str) -> Output {
         .arg("-c")
         .arg(format!("ulimit -v {}; exec '{PATH}' {command}", bytes / 1024))
         .current_dir(folder)
+        // A heap for each thread that waits for another takes 64 MB of addresses, used or not.
+        .env("MALLOC_ARENA_MAX", "1")
         .output()
         .expect("it runs")
 }
