@@ -30,7 +30,7 @@ COLOURS = {"d1": "#00798c", "d2": "#d1495b", "d3": "#edae49", "d3-by-waves": "#6
 # Design, offset of the LED from the axis in mm, rings a side, their width in µm.
 ROWS = [(design, 0.0, 8, width) for design in ("d1", "d2", "d3") for width in (2, 3, 5)]
 ROWS += [("d1", 0.0, 16, width) for width in (2, 5)]
-ROWS += [("d1", 0.0, 34, 2), ("d2", 0.0, 16, 2), ("d3", 0.0, 16, 2)]
+ROWS += [("d1", 0.0, 34, 2), ("d2", 0.0, 16, 2), ("d3", 0.0, 16, 2), ("d2", 0.0, 34, 2)]
 ROWS += [(design, 0.0, 8, 10) for design in ("d1", "d2", "d3")]
 ROWS += [("d3-by-waves", 0.0, 8, width) for width in (2, 5)]
 ROWS += [(design, 0.4, 8, 3) for design in ("d1", "d2")]
