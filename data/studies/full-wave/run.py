@@ -67,10 +67,22 @@ def distances(folder, name, offset_mm, rings, width_um):
     return row
 
 
-def shown(row, model):
-    """The distance of a model in bins of 2.5 degrees less what chance makes of it."""
+def beyond_chance(row, model):
+    """The distance of a model in bins of 2.5 degrees less what chance makes of it, and chance."""
     rms, chance = row[f"{model}_2.5_deg"], row[f"{model}_2.5_deg_chance"]
-    return math.sqrt(max(rms * rms - chance * chance, 0.0))
+    return math.sqrt(max(rms * rms - chance * chance, 0.0)), chance
+
+
+def is_resolved(row, model):
+    """True of a distance above twice the chance."""
+    beyond, chance = beyond_chance(row, model)
+    return beyond > 2 * chance
+
+
+def shown(row, model):
+    """That distance, or twice the chance, which it lies below."""
+    beyond, chance = beyond_chance(row, model)
+    return max(beyond, 2 * chance)
 
 
 def panel(rows, left, title, label, ends, ticks, place):
@@ -98,14 +110,18 @@ def panel(rows, left, title, label, ends, ticks, place):
         (x, hybrid), (_, rays) = ends_of_line
         x += beside
         marks.append(f'<path d="M{x:.1f} {hybrid:.1f}V{rays:.1f}" stroke="{colour}"/>')
-        for y, fill in ((hybrid, colour), (rays, "#fff")):
-            marks.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{fill}" stroke="{colour}" '
-                         'stroke-width="2"/>')
+        for y, fill, model in ((hybrid, colour, "hybrid"), (rays, "#fff", "rays")):
+            pen = f'fill="{fill}" stroke="{colour}" stroke-width="2"'
+            if is_resolved(row, model):
+                marks.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" {pen}/>')
+            else:
+                marks.append(f'<path d="M{x - 6:.1f} {y:.1f}h12l-6 10z" {pen}/>')
     return marks
 
 
 def picture(rows, file):
-    """Distances of hybrid (filled) and rays (open) over the width and the number of rings, as SVG."""
+    """Distances of hybrid (filled) and rays (open) over the width and the number of rings, as SVG; triangles
+    are bounds."""
     rows = [row for row in rows if not row["offset_mm"]]
     marks = panel([row for row in rows if row["rings"] == 8], 70, "8 rings a side",
                   "ring width / wavelength", (3, 21), (4, 6, 10, 18), lambda row: row["width_um"] / WAVELENGTH_UM)
@@ -117,6 +133,7 @@ def picture(rows, file):
                   f'<circle cx="{x + 16}" cy="{y}" r="5" fill="#fff" stroke="{colour}" stroke-width="2"/>',
                   f'<text x="{x + 30}" y="{y + 5}">{name}</text>']
     marks += ['<text x="765" y="180">filled: hybrid</text>', '<text x="765" y="198">open: rays</text>',
+              '<text x="765" y="216">triangle: below</text>',
               '<text transform="translate(22 230) rotate(-90)" text-anchor="middle">'
               "distance from full wave (% of the largest bin)</text>"]
     file.write_text('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 900 470" '
