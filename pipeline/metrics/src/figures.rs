@@ -428,7 +428,7 @@ pub const OF_RECEIVER: [Definition; 10] = [
     Definition { unit: Unit::Fraction, ..of_bins("flux", "flux", Better::Larger) }
         .scaled(SHARE_SCALE)
         .adding_wavelengths()
-        .means("Share of the emitted power that reaches the receiver."),
+        .means("Share of the emitted power that reaches the receiver; of converted light in lumens, of 683 lm for each watt."),
     of_bins("mean", "mean", Better::Larger).means("Mean over the bins of the receiver."),
     of_bins("min", "min", Better::Neither).means("Smallest bin of the receiver."),
     of_bins("max", "max", Better::Neither).means("Largest bin of the receiver."),

@@ -215,8 +215,8 @@ const FLUX_LABELS: [&str; 6] = [
     "from outside, passed",
 ];
 
-/// Labels and values of the figures of a receiver: fluxes of a surface, or flux, mean and extremes, colours; of a dark one the
-/// bounds of flux and mean.
+/// Labels and values of the figures of a receiver: fluxes of a surface, or flux, mean and extremes,
+/// colours; of a dark one the bounds of flux and mean.
 pub fn of_receiver(receiver: &ReceiverEntry) -> impl Iterator<Item = (&'static str, String)> {
     let is_dark = receiver.figures.get("mean").is_some_and(|mean| mean.upper_bound.is_some());
     let shown = OF_RECEIVER.into_iter().take(if is_dark { 2 } else { OF_RECEIVER.len() });

@@ -33,7 +33,7 @@
 //! | [`seeds`] | seeds of the traces of one run |
 //! | [`trace`] | Monte Carlo trace of one model |
 //! | [`symmetry`] | symmetries of a design, for averages and drawings |
-//! | `film_light` | planes between the films of a stack |
+//! | `film_planes` | planes between the films of a stack |
 //! | [`observation`] | receiver sums and figures of merit |
 //! | [`absolute`], [`units`] | watts, lumens, and factors between them |
 //! | [`snapshot`], [`stopping_rule`] | batches of paths until a figure is known |
@@ -51,7 +51,7 @@ pub mod bodies;
 pub mod cells;
 pub mod description;
 pub mod dome_surface;
-mod film_light;
+mod film_planes;
 pub mod job;
 pub mod model;
 pub mod model_result;

@@ -3,6 +3,7 @@
 //!
 //! A trace of several scenes gives an observation of the power, and one each of X, Y and Z.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use anyhow::{Result, ensure};
@@ -12,7 +13,7 @@ use design::Design;
 use metrics::colour_matching;
 use metrics::plural::count;
 
-use super::film_light::FilmPlanes;
+use super::film_planes::FilmPlanes;
 use super::observation::colours::{ColourArrays, Colours};
 use super::observation::{Observation, plane_grid, sphere};
 use super::scene::{self, DomeSurface};
@@ -139,7 +140,7 @@ impl ConvertingScenes {
 }
 
 /// The channel of Y.
-pub(super) const LUMINOUS: usize = 2;
+const LUMINOUS: usize = 2;
 
 /// Number of the channels of a trace of `design`.
 pub(super) fn channels(design: &Design) -> usize {
@@ -155,14 +156,23 @@ pub(super) fn put_together(design: &Design, mut channels: Vec<Observation>) -> O
     let luminous = design.converts_in_lumens.then(|| channels.swap_remove(LUMINOUS));
     let power = channels.swap_remove(0);
     let counted = match luminous {
-        Some(luminous) => counted(&power, luminous),
+        Some(luminous) => in_lumens(&power, luminous),
         None => power,
     };
     Observation { colours, ..counted }
 }
 
-/// Map, far field and receivers of Y beside the ledger of the power, for converted light in lumens.
-pub(super) fn counted(power: &Observation, luminous: Observation) -> Observation {
+/// What figures are read from, of the channels of a trace, without colours.
+pub(super) fn counted<'a>(design: &Design, channels: &'a [Observation]) -> Cow<'a, Observation> {
+    if design.converts_in_lumens {
+        Cow::Owned(in_lumens(&channels[0], channels[LUMINOUS].clone()))
+    } else {
+        Cow::Borrowed(&channels[0])
+    }
+}
+
+/// Map, far field and receivers of Y beside the ledger of the power.
+fn in_lumens(power: &Observation, luminous: Observation) -> Observation {
     Observation {
         paths: power.paths,
         surfaces_per_path: power.surfaces_per_path,

@@ -27,7 +27,7 @@ use results::figure_entry::FigureEntry;
 use results::schema::UntilError;
 
 use super::observation::{Observation, check_figure};
-use super::scenes::{LUMINOUS, channels, counted, put_together};
+use super::scenes::{channels, counted, put_together};
 use super::seeds;
 use super::snapshot::{from_bytes, to_bytes};
 use super::trace::{GROUPS, TraceJob};
@@ -124,6 +124,9 @@ impl ErrorTarget {
     }
 }
 
+/// Makes the observation of all light of those of a batch.
+type Whole<'a> = Box<dyn for<'o> Fn(&'o [Observation]) -> Cow<'o, Observation> + 'a>;
+
 /// A trace that is done batch by batch; a batch is one observation or, in the light of many
 /// wavelengths, several.
 pub(super) struct Batches<'a, T> {
@@ -134,8 +137,10 @@ pub(super) struct Batches<'a, T> {
     pub context: RunContext<'a>,
     /// All that a batch depends on.
     pub key_fields: Value,
-    /// Weights of the observations of a batch in the figure; they add up to 1.
-    pub weights: Vec<f64>,
+    /// Number of observations of a batch.
+    pub count: usize,
+    /// The observation of all light that those of a batch make.
+    pub whole: Whole<'a>,
     /// Traces a batch.
     pub trace: T,
 }
@@ -159,7 +164,7 @@ where
         });
         let snapshot = checkpoints.map(Store::snapshot);
         let found = groups.as_ref().and_then(|groups| groups.find(0));
-        let found = found.and_then(|bytes| from_bytes(&bytes, self.design, self.weights.len()));
+        let found = found.and_then(|bytes| from_bytes(&bytes, self.design, self.count));
         let (mut batches, mut sums) = match (found, first) {
             (Some(found), _) => found,
             (None, Some(first)) => (1, first),
@@ -169,12 +174,7 @@ where
         loop {
             let share = 1.0 / f64::from(batches);
             let means: Vec<Observation> = sums.iter().map(|sum| sum.scaled(share)).collect();
-            let weights = self.weights.iter().copied();
-            let mean = if self.design.converts_in_lumens {
-                Cow::Owned(counted(&means[0], means[LUMINOUS].clone()))
-            } else {
-                Observation::sum(&weights.zip(&means).collect::<Vec<_>>())
-            };
+            let mean = (self.whole)(&means);
             let Some(estimate) = self.rule.target.of(&mean, self.design) else {
                 let why = mean.without_uniformity(self.design);
                 let why = why.unwrap_or_else(|| "too little light for it".to_owned());
@@ -283,7 +283,8 @@ pub(super) fn observe_until(
         what: job.what,
         context,
         key_fields: job.key_fields(context.seed),
-        weights: (0..channels(job.design)).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect(),
+        count: channels(job.design),
+        whole: Box::new(|channels| counted(job.design, channels)),
         trace: |context| job.observe_channels(context),
     };
     let (means, said) = batches.run(None)?;

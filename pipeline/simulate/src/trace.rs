@@ -18,7 +18,7 @@ use files::store::{Entries, Store};
 use metrics::digits::significant;
 use metrics::extraction::flow;
 
-use super::film_light::FilmPlanes;
+use super::film_planes::FilmPlanes;
 use super::observation::{Observation, plane_grid};
 use super::scene::{self, DomeSurface};
 pub use super::scenes::GROUPS;

@@ -72,7 +72,8 @@ pub struct ExportArgs {
     /// Paths to trace, instead of the design's trace.paths
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
     pub paths: Option<u64>,
-    /// Luminous flux of the sources in lm (of converted light that which leaves), for far fields [default: that of the design, else 1000]
+    /// Luminous flux of the sources in lm (of converted light that which leaves), for far fields
+    /// [default: that of the design, else 1000]
     /// and ray files [default: that of the design, else not stated]
     #[arg(long, value_name = "LM", allow_negative_numbers = true)]
     pub lumens: Option<f64>,

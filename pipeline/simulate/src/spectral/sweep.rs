@@ -324,7 +324,11 @@ impl<'a> Sweep<'a> {
             what: &what,
             context: sweep.job.context,
             key_fields: wavelengths.into(),
-            weights: rule.iter().map(|node| node.weight).collect(),
+            count: rule.len(),
+            whole: Box::new(|nodes| {
+                let weights = rule.iter().map(|node| node.weight);
+                Observation::sum(&weights.zip(nodes).collect::<Vec<_>>())
+            }),
             trace: |context| {
                 let each = rule
                     .iter()
