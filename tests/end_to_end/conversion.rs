@@ -113,8 +113,41 @@ fn lumens_of_converted_light_are_those_of_its_closed_form() {
     let said: Value = serde_json::from_slice(&export("lumens").stdout).expect("JSON");
     let leaving = said["flux_lm"].as_f64().expect("lumens");
     assert!((leaving / up - 1.0).abs() < 0.02, "{leaving} for {up}");
+    let ies = std::fs::read_to_string(folder.path().join("x.ies")).expect("a file");
+    assert!(ies.lines().any(|line| line == "1 1 0.1"), "no 0.1 W in {ies}");
+    // A beam on the axis has no centre/peak, and a page all the same.
+    batwing(folder.path()).args(["report", "lumens", "--out", "page.html"]).assert().success();
     let said = String::from_utf8(export("watts").stderr).expect("UTF-8");
     assert!(said.contains("converted light in watts: expected lumens"), "{said}");
+}
+
+/// Lumens and watts of one study have figures of their own, and no difference.
+#[test]
+fn a_study_subtracts_no_watts_from_lumens() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let text = PLATE
+        .replace("light = { wavelength_nm = 450.0 }", LUMENS)
+        .replace("reflection = \"absorbing\" }", "reflection = \"absorbing\", power_w = 0.1 }");
+    std::fs::write(at.join("design.toml"), text).expect("written");
+    let study = "name = \"s\"\ndesigns = [\"design.toml\"]\nmodels = [\"geometric\"]\npaths = 2000\n\
+                 [[factors]]\nname = \"weighting\"\nkey = \"light.weighting\"\n\
+                 values = [\"photometric\", \"radiometric\"]\n\
+                 [targets.plate.geometric]\nflux_up = { at_least = 0.01 }\nescaped_up = { at_least = 0.1 }\n\
+                 [scales]\nflux_up = 1.0\n";
+    std::fs::write(at.join("study.toml"), study).expect("written");
+    batwing(at).args(["study", "study.toml", "--out", "out"]).assert().success();
+    let text = std::fs::read(at.join("out/study.json")).expect("study.json");
+    let study: Value = serde_json::from_slice(&text).expect("JSON");
+    let figure = |setup: usize, key: &str| {
+        let all = study["setups"][setup]["figures"].as_array().expect("figures");
+        all.iter().find(|figure| figure["figure"] == key).expect(key).clone()
+    };
+    let last = study["setups"].as_array().expect("set-ups").len() - 1;
+    let [lumens, watts] = [0, last].map(|setup| figure(setup, "flux_up"));
+    assert!(estimate(&lumens).0 > 1.0 && estimate(&watts).0 < 0.1, "{lumens} {watts}");
+    assert_eq!(watts["change"], Value::Null);
+    assert_eq!(figure(last, "escaped_up")["change"]["value"], 0.0);
 }
 
 #[test]

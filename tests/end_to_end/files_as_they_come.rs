@@ -102,7 +102,8 @@ fn options_of_tables_are_refused_for_rays() {
     for option in [["--samples", "5"], ["--index-inner", "1.4"], ["--from", "inner"]] {
         let arguments = ["import", ZEMAX, "--out", "a.dat"];
         let words = "expected a file of tables, got Zemax text ray file";
-        refused(folder.path(), &[&arguments[..], &option].concat(), words);
+        let words = format!("{}: {words}", option[0]);
+        refused(folder.path(), &[&arguments[..], &option].concat(), &words);
         assert!(!folder.path().join("a.dat").exists());
     }
 }

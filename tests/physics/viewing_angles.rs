@@ -70,6 +70,8 @@ fn a_lambertian_plane_has_one_luminance_at_every_angle() {
         );
     }
     text += &receiver("all", "theta_bin_deg = 10.0\nphi_bin_deg = 360.0");
+    text += &receiver("one", "theta_bin_deg = 10.0\nphi_bin_deg = 30.0")
+        .replace("bins = [3, 3]", "bins = [1, 1]");
     let figure = figures(&text, 1_600_000);
     let expected = 1e6 / 1600.0 / PI;
     let keys = (0..views.len()).map(|k| format!("mean.view{k}"));
@@ -80,6 +82,9 @@ fn a_lambertian_plane_has_one_luminance_at_every_angle() {
         assert!(found.standard_error < 0.03 * expected, "{key}: {found:?}");
     }
     assert!(figure("nine_points.view1").expect("a figure").0.value > 0.7);
+    // One place has no extremes.
+    assert!(figure("mean.one").is_some() && figure("axial.one").is_some());
+    assert_eq!(figure("min_to_max.one"), None);
     // It never falls to a half.
     assert_eq!(figure("half_angle_u_deg.all"), None);
 }

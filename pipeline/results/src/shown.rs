@@ -251,6 +251,7 @@ mod tests {
     use super::*;
 
     use metrics::far_field::PeakPlace;
+    use serde_json::{Value, json};
 
     #[test]
     fn figures_have_their_names_and_units() {
@@ -300,6 +301,28 @@ mod tests {
         assert_eq!(near(0.29, 0.03, Unit::Fraction), "near 29 % by 3 points");
         assert_eq!(near(20.0, 0.5, Unit::Degree), "near 20 ° by 0.5 °");
         assert_eq!(spread(0.00237, Unit::Fraction), "0.24 points");
+    }
+
+    #[test]
+    fn surfaces_show_their_fluxes_and_others_their_figures() {
+        let figure = |value: f64| json!({"value": value, "standard_error": 0.01 * value});
+        let shown = |figures: Value| {
+            let mut entry = json!({"kind": "surface", "quantity": "flux", "unit": "W", "flux_unit": "W", "files": []});
+            entry
+                .as_object_mut()
+                .expect("an object")
+                .extend(figures.as_object().expect("one").clone());
+            let receiver: ReceiverEntry = serde_json::from_value(entry).expect("a receiver");
+            of_receiver(&receiver)
+                .map(|(label, value)| format!("{label} {value}"))
+                .collect::<Vec<_>>()
+        };
+        let surface = json!({"from_inside": figure(2.0), "from_inside_passed": figure(1.0)});
+        assert_eq!(
+            shown(surface),
+            ["from inside 2.000 ± 0.020 W", "from inside, passed 1.000 ± 0.010 W"]
+        );
+        assert_eq!(shown(json!({"flux": figure(3.0)})), ["flux 3.000 ± 0.030 W"]);
     }
 
     #[test]
