@@ -147,6 +147,8 @@ fn a_study_subtracts_no_watts_from_lumens() {
     let [lumens, watts] = [0, last].map(|setup| figure(setup, "flux_up"));
     assert!(estimate(&lumens).0 > 1.0 && estimate(&watts).0 < 0.1, "{lumens} {watts}");
     assert_eq!(watts["change"], Value::Null);
+    // Its share is of 683 lm for each watt there, and of watts here.
+    assert_eq!(figure(last, "flux.above")["change"], Value::Null);
     assert_eq!(figure(last, "escaped_up")["change"]["value"], 0.0);
 }
 

@@ -109,6 +109,26 @@ pub fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<
     }
 }
 
+/// Sets all keys of `settings` as [`set`] does. `""` for an entry of a list removes the entry; numbers
+/// of entries are those before any is removed.
+///
+/// # Errors
+/// The first key that cannot be set.
+pub fn set_all(design: &mut toml::Table, settings: &Settings) -> Result<()> {
+    for (path, value) in settings {
+        set(design, path, value)?;
+    }
+    let removed = settings.iter().filter(|(_, value)| value.as_str() == Some(""));
+    for path in removed.map(|(path, _)| bracketed(path)) {
+        if let Some((list, _)) = path.rsplit_once('[').filter(|_| path.ends_with(']'))
+            && let Some(toml::Value::Array(list)) = get_mut(design, list)
+        {
+            list.retain(|entry| entry.as_str() != Some(""));
+        }
+    }
+    Ok(())
+}
+
 /// A number of either kind.
 pub fn number(value: &toml::Value) -> Option<f64> {
     let whole = value.as_integer().map(|whole| whole as f64);
@@ -127,6 +147,17 @@ pub fn get<'a>(design: &'a toml::Table, path: &str) -> Option<&'a toml::Value> {
     })
 }
 
+/// The value at `path` in [`bracketed`] form, to be changed.
+fn get_mut<'a>(design: &'a mut toml::Table, path: &str) -> Option<&'a mut toml::Value> {
+    let mut parts = steps(path)?.into_iter();
+    let Some(Step::Key(first)) = parts.next() else { return None };
+    parts.try_fold(design.get_mut(first)?, |at, step| match (at, step) {
+        (toml::Value::Table(table), Step::Key(key)) => table.get_mut(key),
+        (toml::Value::Array(list), Step::Entry(number)) => list.get_mut(number.checked_sub(1)?),
+        _ => None,
+    })
+}
+
 /// True where the dotted key `outer` is `inner` or holds it.
 pub fn contains(outer: &str, inner: &str) -> bool {
     let (outer, inner) = (bracketed(outer), bracketed(inner));
@@ -137,6 +168,21 @@ pub fn contains(outer: &str, inner: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn entries_of_lists_are_removed_by_their_numbers_in_the_file() {
+        let mut design: toml::Table =
+            toml::from_str("[[films]]\na = 1\n[[films]]\na = 2\n[[films]]\na = 3").expect("valid");
+        let none = toml::Value::String(String::new());
+        let settings = [
+            ("films[1]", none.clone()),
+            ("films.1", none),
+            ("films[3].a", toml::Value::Integer(7)),
+        ];
+        let settings = settings.map(|(key, value)| (key.to_owned(), value)).into();
+        set_all(&mut design, &settings).expect("set");
+        assert_eq!(design, toml::from_str("[[films]]\na = 7").expect("valid"));
+    }
 
     #[test]
     fn keys_are_set_in_tables_and_lists_and_removed() {

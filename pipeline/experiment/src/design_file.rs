@@ -58,10 +58,8 @@ impl DesignFile {
     /// A key that cannot be set.
     pub fn table_with(&self, settings: &Settings) -> Result<toml::Table> {
         let mut table = self.table.clone();
-        for (key, value) in settings {
-            let file = || self.path.display().to_string();
-            dotted_keys::set(&mut table, key, value).with_context(file)?;
-        }
+        let file = || self.path.display().to_string();
+        dotted_keys::set_all(&mut table, settings).with_context(file)?;
         Ok(table)
     }
 

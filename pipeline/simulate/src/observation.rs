@@ -36,7 +36,7 @@ use results::paired_figure::PairedFigure;
 use results::schema::STOKES_LOSS;
 
 use self::colours::Colours;
-pub use self::known::{check_figure, unit_in_files, unit_of, why_absent};
+pub use self::known::{check_figure, is_comparable, unit_in_files, unit_of, why_absent};
 use self::reader::{Column, Reader};
 pub(super) use self::readers::of_one_path;
 use self::readers::readers;

@@ -70,7 +70,11 @@ fn levels(factor: &Factor) -> Result<FactorLevels> {
     let (levels, numbers) = match (&factor.key, &factor.values, factor.levels.is_empty()) {
         (Some(key), Some(values), true) => {
             let level = |value: &toml::Value| {
-                let label = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+                let label = match value.as_str() {
+                    Some("") => "none".to_owned(),
+                    Some(text) => text.to_owned(),
+                    None => value.to_string(),
+                };
                 let set = Settings::from([(key.clone(), value.clone())]);
                 let set_of = BTreeMap::new();
                 (label, Level { set, set_of })

@@ -19,7 +19,7 @@ use results::paired_figure::{PairedFigure, jump};
 use results::shown::named;
 use results::study::{LeftOutEntry, SCHEMA_VERSION};
 use results::target::{Sought, Target, Verdict};
-use simulate::observation::{unit_of, why_absent};
+use simulate::observation::{is_comparable, unit_of, why_absent};
 
 use super::definition::Study;
 use super::targets::Targets;
@@ -222,11 +222,7 @@ impl StudyResults<'_> {
         self.found[index].iter().flat_map(move |(place, judged)| {
             let design = designs.iter().find(|design| design.name == place.design);
             let unit = move |key: &str| design.map_or(named(key).1, |design| unit_of(design, key));
-            let base = self.study.setups[0].1.iter().find(|design| design.name == place.design);
-            // Watts are not subtracted from lumens.
-            let is_compared = move |key: &str| {
-                index > 0 && base.is_some_and(|base| unit_of(base, key) == unit(key))
-            };
+            let is_compared = move |key: &str| index > 0 && self.is_comparable(index, place, key);
             judged.figures.iter().map(move |(name, figure)| FigureRow {
                 setup,
                 place,
@@ -265,6 +261,14 @@ impl StudyResults<'_> {
         rows
     }
 
+    /// True where a figure of set-up `index` may be subtracted from that of the base.
+    fn is_comparable(&self, index: usize, place: &TraceId, figure: &str) -> bool {
+        let of = |setup: usize| {
+            self.study.setups[setup].1.iter().find(|design| design.name == place.design)
+        };
+        of(0).zip(of(index)).is_some_and(|(base, design)| is_comparable(base, design, figure))
+    }
+
     fn base(&self, place: &TraceId, figure: &str) -> Option<&PairedFigure> {
         find(&self.found[0], place, figure)
     }
@@ -277,7 +281,7 @@ impl StudyResults<'_> {
             let Some(numbers) = &factor.numbers else {
                 continue;
             };
-            let at: Vec<(f64, &SetupFigures)> = factor
+            let at: Vec<(f64, usize)> = factor
                 .levels
                 .iter()
                 .zip(numbers)
@@ -286,7 +290,7 @@ impl StudyResults<'_> {
                         levels.len() == 1 && levels.get(&factor.name) == Some(label)
                     };
                     let index = self.study.setups.iter().position(|s| alone(&s.0.levels))?;
-                    Some((x, &self.found[index]))
+                    Some((x, index))
                 })
                 .collect();
             if at.len() < 2 {
@@ -294,8 +298,11 @@ impl StudyResults<'_> {
             }
             for (place, judged) in &self.found[0] {
                 for (name, _) in &judged.figures {
-                    let points: Option<Vec<(f64, &PairedFigure)>> =
-                        at.iter().map(|(x, found)| Some((*x, find(found, place, name)?))).collect();
+                    let point = |&(x, setup): &(f64, usize)| {
+                        self.is_comparable(setup, place, name).then_some(())?;
+                        Some((x, find(&self.found[setup], place, name)?))
+                    };
+                    let points: Option<Vec<(f64, &PairedFigure)>> = at.iter().map(point).collect();
                     let Some(slope) = points.and_then(|p| slope(&p)) else {
                         continue;
                     };

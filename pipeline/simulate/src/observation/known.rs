@@ -77,6 +77,14 @@ pub fn unit_of(design: &Design, key: &str) -> Unit {
     Units::from_design(design, design.all_lights().as_deref()).of_unit(unit).0
 }
 
+/// True where the figure under `key` has one meaning in the light of two designs, so that its values
+/// may be subtracted: watts are not subtracted from lumens, nor are shares of them.
+pub fn is_comparable(a: &Design, b: &Design, key: &str) -> bool {
+    let is_share_of_light = figures::find(key).is_some_and(|figure| figure.key == "flux");
+    unit_of(a, key) == unit_of(b, key)
+        && (a.converts_in_lumens == b.converts_in_lumens || !is_share_of_light)
+}
+
 /// Symbol of that unit for files, whose keys say others; empty where the key says it.
 pub fn unit_in_files(design: &Design, key: &str) -> String {
     match (shown::named(key).1, unit_of(design, key)) {
