@@ -235,6 +235,12 @@ fn slabs_in_contact_are_one_slab() {
     assert!(checked.contains(words), "{checked}");
     let [ran, _] = said(at, &["run", "dry.toml", "--paths", "2000"]);
     assert!(ran.contains(words), "{ran}");
+    // Films have no such key.
+    let films = "\n[[films]]\nname = \"low\"\nz_mm = 3.0\nthickness_mm = 0.1\nmedium = { index = 1.5 }\n\n[[films]]\nname = \"high\"\ngap_mm = 0.0005\nthickness_mm = 0.1\nmedium = { index = 1.5 }\n";
+    std::fs::write(at.join("films.toml"), format!("{BLOCK}{films}")).expect("written");
+    let [checked, _] = said(at, &["check", "films.toml"]);
+    let words = "low and high: a gap of air, 0.0005 mm wide; films keep their gaps";
+    assert!(checked.contains(words), "{checked}");
     for (contact, expected) in [
         ("\"mirror\"", "\"bottom\", \"all\" or another solid with the same `per`, \"lower\""),
         ("[\"lower\", 3]", "solids[2].optical_contact"),

@@ -11,18 +11,16 @@ use rcwa::hemisphere::hemisphere;
 use rcwa::no_progress;
 use simulate::tables::{directions, efficiency_rows, interface};
 
-/// Nodes of the Bloch wavevector in one Brillouin zone.
+/// Accuracy of tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableRequest {
-    /// Nodes in one zone.
-    pub kx_per_zone: usize,
     /// Largest error of transmittance.
     pub tolerance: f64,
 }
 
 impl Default for TableRequest {
     fn default() -> Self {
-        Self { kx_per_zone: 8, tolerance: 2e-3 }
+        Self { tolerance: 2e-3 }
     }
 }
 
@@ -52,6 +50,13 @@ impl Tables {
     }
 }
 
+/// Nodes of the Bloch wavevector in one Brillouin zone of a ring whose period is so many wavelengths:
+/// no more than 8, and beyond 18 wavelengths as many as keep their distance, at least 2. With rings of
+/// 20 µm 2, 4 and 8 nodes give far fields alike to 0.2 % of the largest bin of 2.5°.
+fn kx_per_zone(period: f64) -> usize {
+    (8.0 * 18.0 / period).ceil().clamp(2.0, 8.0) as usize
+}
+
 fn solve_ring(
     section: &Section,
     request: TableRequest,
@@ -67,7 +72,7 @@ fn solve_ring(
         wavelength: section.wavelength_um,
         index_inner: section.index[0],
         index_outer: section.index[1],
-        kx_per_zone: request.kx_per_zone,
+        kx_per_zone: kx_per_zone(cell.period_um / section.wavelength_um),
         ky: vec![0.0],
     };
     let solved = hemisphere(&interface, &directions(&grid), &resolution, &no_progress)?;

@@ -86,12 +86,15 @@ pub struct Gap {
     pub width_mm: f64,
     /// The medium in it.
     pub of: String,
+    /// True where one of the bodies is a film, which has no optical contact.
+    #[serde(skip)]
+    pub is_of_film: bool,
 }
 
 impl Gap {
     /// The gap in words, with what closes it.
     pub fn describe(&self) -> String {
-        let Self { between: [first, second], width_mm, of } = self;
+        let Self { between: [first, second], width_mm, of, is_of_film } = self;
         let stands = if *width_mm > 0.0 {
             // Found by lines, to some per cent.
             let width = format!("{width_mm:.1e}").parse().unwrap_or(*width_mm);
@@ -99,7 +102,9 @@ impl Gap {
         } else {
             format!("they touch, and a gap of {of} is kept")
         };
-        let closes = if first == "the LED" {
+        let closes = if *is_of_film {
+            "films keep their gaps; [[solids]] may have optical_contact in their place".to_owned()
+        } else if first == "the LED" {
             format!("{second} wets it where it holds the LED's box")
         } else if *width_mm > 0.0 {
             format!("to wet it, let {second} reach into {first} and write optical_contact")
@@ -254,7 +259,12 @@ pub fn gaps(design: &Design, package: Prototype, bottom: &Bottom) -> Result<Vec<
             Region::Body(number) => body.media[usize::from(number)].name.clone(),
             Region::World | Region::Opaque => "air".to_owned(),
         };
+        let is_film = |name: &String| {
+            let mut films = design.solids.iter().filter(|solid| solid.is_film());
+            films.any(|film| film.name() == name)
+        };
         all.extend(found.into_iter().map(|gap| Gap {
+            is_of_film: gap.names.iter().any(is_film),
             between: gap.names,
             width_mm: gap.width_mm,
             of: medium(gap.outer),

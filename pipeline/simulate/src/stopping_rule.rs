@@ -2,8 +2,9 @@
 //! Tracing until a figure is known well enough.
 //!
 //! Batches of as many paths as the design asks for are traced, each with random numbers of its own,
-//! and added up group by group, until the standard error of one figure of merit is as small as wanted or the paths allowed are used up. The first batch is
-//! the run without any of this, to the last bit. The decision looks at the error and not at the
+//! and added up group by group, until the standard error of one figure of merit is as small as wanted
+//! (of a figure that no path has reached, its bound) or the paths allowed are used up. The first batch
+//! is the run without any of this, to the last bit. The decision looks at the error and not at the
 //! value, so that the value stays unbiased but for what error and value have in common. The sum is
 //! kept from time to time, so that an interrupted run goes on to the same bits.
 
@@ -186,7 +187,10 @@ where
             let left = match estimate.peak_place {
                 // An angle that is noise tells nothing by its error.
                 PeakPlace::NotResolved => f64::INFINITY,
-                PeakPlace::OffAxis | PeakPlace::OnAxis => estimate.standard_error,
+                PeakPlace::OffAxis | PeakPlace::OnAxis => {
+                    let bound = estimate.upper_bound.map(|bound| bound - estimate.value);
+                    bound.unwrap_or(estimate.standard_error)
+                }
             };
             let left = if left <= ROUNDING * estimate.value.abs() { 0.0 } else { left };
             // A figure at the end of its range, such as a uniformity of 0, does not vary and says
@@ -243,8 +247,8 @@ where
         }
     }
 
-    /// Says after the first batch that no path has reached the figure, and gives up once its bound
-    /// is what was asked for, or after some batches.
+    /// Says after the first batch that no path has reached the figure, and gives up after some, if
+    /// its bound is not yet what was asked for.
     fn dark(&self, bound: f64, paths: u64, batches: u32, is_known: bool) -> Result<()> {
         let ErrorTarget { figure, error } = &self.rule.target;
         let file = &self.design.provenance.file;
@@ -257,7 +261,7 @@ where
             count(paths, "path")
         );
         ensure!(
-            !is_known && batches < STILL_BATCHES,
+            is_known || batches < STILL_BATCHES,
             "{said}; expected light there for an error of {error:.1e}, got none: check where it lies and which way it faces, or leave --until-error out for results with this bound"
         );
         if batches == 1 {

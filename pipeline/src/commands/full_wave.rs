@@ -241,10 +241,8 @@ fn source_request(design: &Design, section: &Section, count: Option<usize>) -> S
 
 /// Time of full wave in both polarisations.
 fn seconds(size: &Cost) -> f64 {
-    let threads = rayon::current_num_threads();
-    let kernels = size.kernels / (KERNELS_PER_SECOND * threads as f64);
-    let together = threads.min(size.held) as f64;
-    2.0 * (kernels + size.operations / (OPERATIONS_PER_SECOND * together))
+    let threads = rayon::current_num_threads() as f64;
+    2.0 * (size.kernels / KERNELS_PER_SECOND + size.operations / OPERATIONS_PER_SECOND) / threads
 }
 
 fn plan(section: &Section, size: &Cost) -> String {
