@@ -178,13 +178,6 @@ pub enum Arrangement {
     Hexagonal,
 }
 
-impl Arrangement {
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature serde asks for")]
-    fn is_square(&self) -> bool {
-        *self == Self::Square
-    }
-}
-
 /// Distances of neighbours, mm.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(untagged, expecting = "a number or [x, y]")]
@@ -241,7 +234,7 @@ pub struct Array {
     /// to 2000; with `positions_file` the least distance allowed.
     pub pitch_mm: Pitch,
     /// Places of the rows; default `"square"`.
-    #[serde(default, skip_serializing_if = "Arrangement::is_square")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub arrangement: Arrangement,
     /// Text file of 1 to 20 000 positions in place of `columns`, `rows` and `arrangement`: x and y
     /// a line, mm, within 100 000; form as of `dome.meridian_file`.
@@ -425,7 +418,7 @@ pub struct Trace {
     /// scatterings in media; 10 to 10 000 000.
     pub max_interactions: u32,
     /// Start of the paths; Sobol' is best with `paths` = 64 · 2^m. Default `"random"`.
-    #[serde(skip_serializing_if = "Sampling::is_random")]
+    #[serde(skip_serializing_if = "is_default")]
     pub sampling: Sampling,
     /// True: each of `[[sources]]` is traced by itself, with `paths` divided by flux (at least 1000
     /// each), and has its ledger (`by_source`).
@@ -442,13 +435,6 @@ pub enum Sampling {
     Random,
     /// Evenly spread over packages, places and directions; not of files.
     Sobol,
-}
-
-impl Sampling {
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "asked for so by serde")]
-    fn is_random(&self) -> bool {
-        *self == Self::Random
-    }
 }
 
 impl Default for Trace {
