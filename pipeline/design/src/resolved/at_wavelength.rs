@@ -79,10 +79,7 @@ impl Design {
         let at = Context { file: &self.provenance.file };
         Ok(Self {
             wavelength_nm,
-            silicone: match &self.dome {
-                Some(_) => medium::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
-                None => self.silicone.clone(),
-            },
+            silicone: medium::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
             films: self.films.as_ref().map(|films| films.tuned(wavelength_nm, &at)).transpose()?,
             solids: solids::tuned(&self.solids, wavelength_nm, &at)?,
             ..self.clone()

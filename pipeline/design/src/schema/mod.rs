@@ -124,7 +124,7 @@ pub(super) fn tagged_tables() -> [TaggedTable; 15] {
 pub struct NoKeys {}
 
 /// `[silicone]`: either `index` or `material_file`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Silicone {
     /// Refractive index, real, above 1, below 10 (of a solid from 0.1); this or `material_file`.
