@@ -117,13 +117,7 @@ pub(crate) fn resolve_spectrum(
         SpectrumForm::Table(rows) | SpectrumForm::Lines(rows) => rows.file.as_ref(),
     };
     let source = match &raw.kind {
-        SpectrumForm::WhiteLed(led) => SpectralPower::WhiteLed {
-            blue_nm: led.blue_nm,
-            blue_fwhm_nm: led.blue_fwhm_nm,
-            phosphor_nm: led.phosphor_nm,
-            phosphor_fwhm_nm: led.phosphor_fwhm_nm,
-            blue_part: led.blue_part,
-        },
+        SpectrumForm::WhiteLed(led) => SpectralPower::WhiteLed(led.clone()),
         SpectrumForm::Table(stated) => {
             let [wavelength_nm, power] = rows(stated, table, folder, at)?;
             SpectralPower::Table { wavelength_nm, power }

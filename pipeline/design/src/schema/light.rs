@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
-use crate::spectrum::Weighting;
+use crate::spectrum::{Weighting, WhiteLed};
 use crate::tagged::{Kinds, Tagged};
 
 /// `[light]`.
@@ -76,22 +76,6 @@ pub enum SpectrumForm {
 
 impl Kinds for SpectrumForm {
     const TAG: &'static str = "kind";
-}
-
-/// Keys of a white LED.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct WhiteLed {
-    /// Peak of the blue die, nm.
-    pub blue_nm: f64,
-    /// Full width of that peak at half maximum, nm; at least 0.1.
-    pub blue_fwhm_nm: f64,
-    /// Peak of the phosphor, nm.
-    pub phosphor_nm: f64,
-    /// Full width of that peak at half maximum, nm; at least 0.1.
-    pub phosphor_fwhm_nm: f64,
-    /// Share of the radiant power in the die's peak, 0 to 1.
-    pub blue_part: f64,
 }
 
 /// Keys of a table and of lines.

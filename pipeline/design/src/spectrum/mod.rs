@@ -62,18 +62,7 @@ pub enum Sampling {
 #[serde(rename_all = "snake_case", tag = "kind")]
 pub enum SpectralPower {
     /// A blue die and its phosphor: two Gaussians, each cut off at three standard deviations.
-    WhiteLed {
-        /// Peak of the die, nm.
-        blue_nm: f64,
-        /// Full width of the die's peak at half its height, nm.
-        blue_fwhm_nm: f64,
-        /// Peak of the phosphor, nm.
-        phosphor_nm: f64,
-        /// Full width of the phosphor's peak at half its height, nm.
-        phosphor_fwhm_nm: f64,
-        /// Share of the radiant power that is the die's, 0 to 1.
-        blue_part: f64,
-    },
+    WhiteLed(WhiteLed),
     /// Power at wavelengths, linear between them, none beyond.
     Table {
         /// Wavelengths, ascending, at least two, nm.
@@ -88,6 +77,22 @@ pub enum SpectralPower {
         /// Power of each.
         power: Vec<f64>,
     },
+}
+
+/// Keys of a white LED.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WhiteLed {
+    /// Peak of the blue die, nm.
+    pub blue_nm: f64,
+    /// Full width of that peak at half maximum, nm; at least 0.1.
+    pub blue_fwhm_nm: f64,
+    /// Peak of the phosphor, nm.
+    pub phosphor_nm: f64,
+    /// Full width of that peak at half maximum, nm; at least 0.1.
+    pub phosphor_fwhm_nm: f64,
+    /// Share of the radiant power in the die's peak, 0 to 1.
+    pub blue_part: f64,
 }
 
 /// Why there is no such spectrum.
@@ -283,15 +288,13 @@ impl Spectrum {
             return format!("{nm} nm; {weighting}, {:.1} lm/W", self.luminous_efficacy_lm_per_w);
         }
         let source = match &self.source {
-            SpectralPower::WhiteLed {
-                blue_nm,
-                blue_fwhm_nm,
-                phosphor_nm,
-                phosphor_fwhm_nm,
-                blue_part,
-            } => format!(
-                "white LED, {} % at {blue_nm} nm ({blue_fwhm_nm} nm wide), the rest at {phosphor_nm} nm ({phosphor_fwhm_nm} nm wide)",
-                (blue_part * 1e4).round() / 1e2
+            SpectralPower::WhiteLed(led) => format!(
+                "white LED, {} % at {} nm ({} nm wide), the rest at {} nm ({} nm wide)",
+                (led.blue_part * 1e4).round() / 1e2,
+                led.blue_nm,
+                led.blue_fwhm_nm,
+                led.phosphor_nm,
+                led.phosphor_fwhm_nm
             ),
             SpectralPower::Table { wavelength_nm, .. } => {
                 format!("table of {}", count(wavelength_nm.len(), "row"))
@@ -299,10 +302,7 @@ impl Spectrum {
             SpectralPower::Lines { wavelength_nm, .. } => count(wavelength_nm.len(), "line"),
         };
         let [low, high] = self.range_nm.map(|nm| (nm * 10.0).round() / 10.0);
-        let weighting = match self.weighting {
-            Weighting::Radiometric => "radiometric",
-            Weighting::Photometric => "photometric",
-        };
+        let weighting = self.weighting.name();
         let sampling = match self.sampling {
             Some(Sampling::Tolerance(t)) => format!("wavelengths to a tolerance of {t}"),
             Some(Sampling::Samples(1)) => format!("one wavelength, {} nm", self.rule(1)[0].0),
@@ -344,18 +344,12 @@ fn check_source(source: &SpectralPower) -> Result<(), SpectrumError> {
         }
     };
     match source {
-        SpectralPower::WhiteLed {
-            blue_nm,
-            blue_fwhm_nm,
-            phosphor_nm,
-            phosphor_fwhm_nm,
-            blue_part,
-        } => {
-            within("blue_nm", *blue_nm, WAVELENGTHS_NM)?;
-            within("phosphor_nm", *phosphor_nm, WAVELENGTHS_NM)?;
+        SpectralPower::WhiteLed(led) => {
+            within("blue_nm", led.blue_nm, WAVELENGTHS_NM)?;
+            within("phosphor_nm", led.phosphor_nm, WAVELENGTHS_NM)?;
             for (key, width, peak) in [
-                ("blue_fwhm_nm", *blue_fwhm_nm, *blue_nm),
-                ("phosphor_fwhm_nm", *phosphor_fwhm_nm, *phosphor_nm),
+                ("blue_fwhm_nm", led.blue_fwhm_nm, led.blue_nm),
+                ("phosphor_fwhm_nm", led.phosphor_fwhm_nm, led.phosphor_nm),
             ] {
                 // Three standard deviations must stay above the shortest wavelength.
                 within(
@@ -364,7 +358,7 @@ fn check_source(source: &SpectralPower) -> Result<(), SpectrumError> {
                     [0.1, ((peak - WAVELENGTHS_NM[0]) / density::REACH_FWHM).max(0.1)],
                 )?;
             }
-            within("blue_part", *blue_part, [0.0, 1.0])
+            within("blue_part", led.blue_part, [0.0, 1.0])
         }
         SpectralPower::Table { wavelength_nm, power } => check_rows(wavelength_nm, power, 2),
         SpectralPower::Lines { wavelength_nm, power } => check_rows(wavelength_nm, power, 1),
