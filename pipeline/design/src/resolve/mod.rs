@@ -144,8 +144,7 @@ impl Design {
         let films = film_stack::resolve(&raw.films, &design, folder, &at)?;
         design.solids.extend(films);
         design.check_observation(&at)?;
-        let scale = receivers::Scale::of(&design, source_file.as_ref());
-        design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;
+        design.receivers = receivers::resolve(&raw.receivers, &design, source_file.as_ref(), &at)?;
         design.check_relief(&at)?;
         luminescence::check(&design, raw, &at)?;
         light::check_ends(&design, raw, Self::check_relief, &at)?;

@@ -11,7 +11,7 @@ use crate::error::ConfigError;
 use crate::resolved::Design;
 use crate::resolved::files::SourceFile;
 use crate::resolved::receivers::CheckedReceiver;
-use crate::resolved::sources::{self, CheckedSource};
+use crate::resolved::sources;
 use crate::schema::Carrying;
 use crate::schema::receivers::{AngularReceiver, Only, Receiver, ReceiverForm, StatedRectangle};
 use crate::serde_arrays::List;
@@ -28,44 +28,15 @@ const MIN_BIN_DEG: f64 = 1e-6;
 /// Most bins of a rectangle along u or v.
 const MAX_ALONG_AXIS: usize = 20_000;
 
-/// Parts of the design that receivers are checked against.
-pub(crate) struct Scale<'a> {
-    /// Radial width of an element, mm; 0 without elements.
-    pub(crate) element_mm: f64,
-    /// Number of elements.
-    pub(crate) elements: usize,
-    /// Number of packages.
-    pub(crate) packages: usize,
-    /// Sources of a package; none for the top of the box.
-    pub(crate) sources: &'a [CheckedSource],
-    /// Number of the tracer's sources in a package.
-    pub(crate) emitters: usize,
-    /// True if rays carry their polarisation.
-    pub(crate) carried: bool,
-}
-
-impl<'a> Scale<'a> {
-    /// That of a design, whose `[files.source]` emits what `file` says.
-    pub(crate) fn of(design: &'a Design, file: Option<&SourceFile>) -> Self {
-        Self {
-            element_mm: design.elements.width_mm,
-            elements: design.elements.shapes.len(),
-            packages: design.array.count(),
-            sources: &design.sources,
-            emitters: match file {
-                Some(file) => file.parts.len(),
-                None => sources::per_package(&design.sources),
-            },
-            carried: design.polarization == Carrying::Carried,
-        }
-    }
-}
-
+/// The receivers of a design whose other parts are checked and whose `[files.source]` is `file`.
 pub(crate) fn resolve(
     raw: &[Receiver],
-    scale: &Scale<'_>,
+    design: &Design,
+    file: Option<&SourceFile>,
     at: &Context,
 ) -> Result<Vec<CheckedReceiver>, ConfigError> {
+    let emitters =
+        file.map_or_else(|| sources::per_package(&design.sources), |file| file.parts.len());
     let mut checked: Vec<CheckedReceiver> = Vec::new();
     let mut bins = 0.0;
     for (number, receiver) in raw.iter().enumerate() {
@@ -78,10 +49,10 @@ pub(crate) fn resolve(
             return Err(at.value(&key("name"), format!("{stated:?}"), expected));
         }
         let measurement = ReceiverTable { key: &key, at }.measurement(&receiver.kind)?;
-        let filter = filter(receiver.shared.only.as_ref(), scale, &key, at)?;
+        let filter = filter(receiver.shared.only.as_ref(), design, emitters, &key, at)?;
         let mut detector = Detector::new(stated, measurement).filtered(filter);
         if receiver.kind.stokes() {
-            if !scale.carried {
+            if design.polarization != Carrying::Carried {
                 let expected = "no such key without light.polarization = \"carried\"";
                 return Err(at.value(&key("stokes"), true, expected));
             }
@@ -192,7 +163,8 @@ impl<K: Fn(&str) -> String> ReceiverTable<'_, K> {
 
 fn filter(
     raw: Option<&Only>,
-    scale: &Scale<'_>,
+    design: &Design,
+    emitters: usize,
     key: &impl Fn(&str) -> String,
     at: &Context,
 ) -> Result<Filter, ConfigError> {
@@ -203,15 +175,17 @@ fn filter(
     let last_radii_mm = raw
         .last_elements
         .map(|List([first, last])| {
-            if !(1 <= first && first <= last && last <= scale.elements) {
-                let expected = format!("first and last of {} elements", scale.elements);
+            let count = design.elements.shapes.len();
+            if !(1 <= first && first <= last && last <= count) {
+                let expected = format!("first and last of {count} elements");
                 let got = format!("[{first}, {last}]");
                 return Err(at.value(&key("last_elements"), got, &expected));
             }
             // The riser at the outer end of an element stands exactly on its border, rounding
             // aside.
-            let slack = 1e-6 * scale.element_mm;
-            let end = |elements: usize| elements as f64 * scale.element_mm + slack;
+            let width_mm = design.elements.width_mm;
+            let slack = 1e-6 * width_mm;
+            let end = |elements: usize| elements as f64 * width_mm + slack;
             Ok([if first == 1 { -1.0 } else { end(first - 1) }, end(last)])
         })
         .transpose()?;
@@ -224,14 +198,15 @@ fn filter(
         last_surface: raw.last_surface.clone(),
         last_radii_mm,
         bounces,
-        sources: light_of(raw, scale, &key, at)?,
+        sources: light_of(raw, design, emitters, &key, at)?,
     })
 }
 
 /// Numbers of the sources whose light is read, package by package; none for all.
 fn light_of(
     raw: &Only,
-    scale: &Scale<'_>,
+    design: &Design,
+    emitters: usize,
     key: &impl Fn(&str) -> String,
     at: &Context,
 ) -> Result<Option<Vec<usize>>, ConfigError> {
@@ -246,14 +221,14 @@ fn light_of(
         let expected = "the name of one source at least, or no such key for all";
         return Err(at.value(&key("sources"), "[]", expected));
     }
+    let packages = design.array.count();
     for package in raw.packages.iter().flatten() {
-        at.count(&key("packages"), *package, 1, scale.packages)?;
+        at.count(&key("packages"), *package, 1, packages)?;
     }
-    let each = scale.emitters;
     let mut chosen: Vec<usize> = Vec::new();
     for name in raw.sources.iter().flatten() {
-        let found = sources::numbers(scale.sources, name).ok_or_else(|| {
-            let known = scale.sources.iter().map(|s| format!("{:?}", s.name()));
+        let found = sources::numbers(&design.sources, name).ok_or_else(|| {
+            let known = design.sources.iter().map(|s| format!("{:?}", s.name()));
             let known = known.collect::<Vec<_>>().join(", ");
             let expected = if known.is_empty() {
                 "no such key without [[sources]], of which there are none".to_owned()
@@ -265,12 +240,12 @@ fn light_of(
         chosen.extend(found);
     }
     if raw.sources.is_none() {
-        chosen = (0..each).collect();
+        chosen = (0..emitters).collect();
     }
     let packages = match &raw.packages {
         Some(packages) => packages.iter().map(|package| package - 1).collect(),
-        None => (0..scale.packages).collect::<Vec<_>>(),
+        None => (0..packages).collect::<Vec<_>>(),
     };
-    let of = |package: usize| chosen.iter().map(move |number| package * each + number);
+    let of = |package: usize| chosen.iter().map(move |number| package * emitters + number);
     Ok(Some(packages.into_iter().flat_map(of).collect()))
 }
