@@ -38,11 +38,7 @@ pub fn outline(cell: &Cell) -> Outline {
         index_inner: cell.inner_index,
         index_outer: cell.background_index,
         background: cell.background_index,
-        polygons: cell
-            .polygons
-            .iter()
-            .map(|p| Polygon { index: p.index, points: p.points_um.clone() })
-            .collect(),
+        polygons: vec![Polygon { index: cell.inner_index, points: cell.points_um.clone() }],
     }
 }
 
