@@ -14,18 +14,14 @@ use crate::tagged::{Kinds, Tagged};
 pub struct Light {
     /// Vacuum wavelength, nm; 10 to 100 000, with at most 1878 orders in relief. This or
     /// `[light.spectrum]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_nm: Option<f64>,
     /// Spectrum, as below.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<Spectrum>,
     /// With `wavelength_nm`: weighting of all sources. Default `"radiometric"`, with `led.power_lm`
     /// `"photometric"`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weighting: Option<Weighting>,
     /// Step of the wavelengths at which light is traced where a medium converts it, nm; 0.5 to 50,
     /// default 5.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_nm: Option<f64>,
     /// Polarisation of the light on its way; default `"unpolarised"`.
     #[serde(default, skip_serializing_if = "is_default", alias = "polarisation")]

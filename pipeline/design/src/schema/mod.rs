@@ -58,7 +58,6 @@ pub struct Design {
     /// Packages side by side.
     pub array: Array,
     /// Walls around them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub housing: Option<Housing>,
     /// Light.
     pub light: Light,
@@ -238,7 +237,6 @@ pub struct Array {
     pub arrangement: Arrangement,
     /// Text file of 1 to 20 000 positions in place of `columns`, `rows` and `arrangement`: x and y
     /// a line, mm, within 100 000; form as of `dome.meridian_file`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub positions_file: Option<String>,
     /// False: each package is traced without the others, on the mirror of the whole array, and the
     /// light is added up.

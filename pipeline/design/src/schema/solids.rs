@@ -327,7 +327,6 @@ impl ScatterLaw {
 #[serde(deny_unknown_fields, default)]
 pub struct ScatterFiles {
     /// File as of `[[files.bands]]`, for the indices on both sides, at all wavelengths.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Files for light from the inner side.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -361,7 +360,6 @@ pub struct GaussianShares {
     /// Full width at half maximum of the intensity about the lobe's axis, degrees; 0.001 to 180.
     pub width_deg: f64,
     /// Width of the reflected lobe, degrees; default `width_deg`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub reflected_width_deg: Option<f64>,
 }
 
@@ -370,17 +368,13 @@ pub struct GaussianShares {
 #[serde(deny_unknown_fields)]
 pub struct Prisms {
     /// Angle at the tip, degrees; 10 to 170; default 90.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub apex_deg: Option<f64>,
     /// Distance from tip to tip, µm; 1e-6 to 1e7; default 50. Without `tip_radius_um` it changes
     /// nothing.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub pitch_um: Option<f64>,
     /// Radius of the tip, µm; below half the pitch over the cosine of half the angle; default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub tip_radius_um: Option<f64>,
     /// Direction of the tips, from the x axis, degrees; -360 to 360; default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub direction_deg: Option<f64>,
 }
 
@@ -400,7 +394,6 @@ pub struct Grooves {
     pub profile_um: Vec<List<f64, 2>>,
     /// Direction of the grooves, from the x axis, degrees; -360 to 360; default 0. The profile runs
     /// along this direction turned by 90°.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub direction_deg: Option<f64>,
 }
 
@@ -409,21 +402,16 @@ pub struct Grooves {
 #[serde(deny_unknown_fields, default)]
 pub struct PolariserKeys {
     /// Direction of the pass axis, from the x axis, degrees; -360 to 360; default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub axis_deg: Option<f64>,
     /// Light along the pass axis: a table of `transmittance` and `reflectance`, as below; needs
     /// `light.polarization = "carried"`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub pass: Option<PolariserAxis>,
     /// Light along the block axis, likewise; default all absorbed.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub block: Option<PolariserAxis>,
     /// In place of `pass` and `block`, for unpolarised light, which leaves so: a number from 0 to 1,
     /// rows [angle in degrees, share], or rows [wavelength in nm, angle, share].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub transmittance: Option<ByAngle>,
     /// Beside it, likewise; with it at most 1; default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub reflectance: Option<ByAngle>,
 }
 
