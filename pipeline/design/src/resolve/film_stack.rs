@@ -12,7 +12,7 @@ use crate::resolved::Design;
 use crate::resolved::solids::CheckedSolid;
 use crate::schema::Carrying;
 use crate::schema::film_stack::Film;
-use crate::schema::solids::{Contacts, Flat, Per, Solid, SolidForm, SolidKeys, SolidScatter};
+use crate::schema::solids::{Flat, Per, Solid, SolidForm, SolidKeys, SolidScatter};
 use crate::serde_arrays::List;
 
 /// Air between films, mm.
@@ -39,11 +39,8 @@ pub(crate) fn resolve(
                 name: film.name.clone(),
                 per: Per::Array,
                 position_mm: List([0.0, 0.0, low_mm + 0.5 * thickness_mm]),
-                optical_contact: Contacts::default(),
                 medium: Some(film.medium.clone()),
-                coating: Vec::new(),
-                scatter: None,
-                surface: None,
+                ..SolidKeys::default()
             },
             kind: SolidForm::Box(Flat { size_mm: List([x, y, thickness_mm]), rotation_deg: None }),
         };

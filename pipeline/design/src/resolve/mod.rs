@@ -98,6 +98,7 @@ impl Design {
         let whole = light.whole(&at)?;
         let lights =
             source_spectra::lights(&raw.trace, &sources, source_file.as_ref(), &whole, &at)?;
+        let step_nm = raw.light.step_nm.unwrap_or(STEP_NM);
         let emitted = emitted_flux::resolve(&raw.led.shared, lights.as_ref(), &whole, &at)?;
         let mut design = Self {
             name: raw.name.clone(),
@@ -133,7 +134,7 @@ impl Design {
             trace: raw.trace.clone(),
             files: Files::default(),
             films: films::resolve(raw, wavelength_nm, folder, &at)?,
-            step_nm: step_nm(&raw.light, &at)?,
+            step_nm: at.within("light.step_nm", step_nm, 0.5, 50.0)?,
             polarization: raw.light.polarization,
         };
         let max_films = MAX_SOLIDS - design.solids.len();
@@ -303,8 +304,7 @@ impl Design {
         above(match dome {
             Dome::Mesh(mesh) => mesh.height_mm,
             Dome::Sphere(_) | Dome::Meridian(_) => meridian.top_mm(),
-        })?;
-        Ok(())
+        })
     }
 
     /// True if the bands of relief can have tables.
@@ -314,9 +314,4 @@ impl Design {
             _ => Ok(()),
         }
     }
-}
-
-/// Step of the wavelengths of a trace in which light is converted, nm.
-fn step_nm(light: &schema::Light, at: &Context) -> Result<f64, ConfigError> {
-    at.within("light.step_nm", light.step_nm.unwrap_or(STEP_NM), 0.5, 50.0)
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::{Design, medium, solids};
+use super::{Design, medium};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::spectrum::lights::{Colour, Light, Lights};
@@ -43,7 +43,7 @@ impl Design {
         let of_sources = design.sources.iter_mut().flat_map(|s| &mut s.emitters);
         let of_sources = of_sources.map(|emitter| &mut emitter.source);
         let of_sources = of_sources.map(|source| (&mut source.weight, &mut source.emission));
-        let of_file = design.files.parts_mut().iter_mut();
+        let of_file = design.files.source.iter_mut().flat_map(|source| &mut source.parts);
         let of_file = of_file.map(|part| (&mut part.share, &mut part.emission));
         for (number, (weight, emission)) in of_sources.chain(of_file).enumerate() {
             if !light.emitters.contains(&number) {
@@ -77,11 +77,12 @@ impl Design {
     /// [`Self::at`], with the spectrum.
     pub(crate) fn tuned(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
         let at = Context { file: &self.provenance.file };
+        let solids = self.solids.iter().map(|solid| solid.tuned(wavelength_nm, &at));
         Ok(Self {
             wavelength_nm,
             silicone: medium::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
             films: self.films.as_ref().map(|films| films.tuned(wavelength_nm, &at)).transpose()?,
-            solids: solids::tuned(&self.solids, wavelength_nm, &at)?,
+            solids: solids.collect::<Result<_, _>>()?,
             ..self.clone()
         })
     }

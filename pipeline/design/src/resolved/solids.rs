@@ -197,7 +197,7 @@ impl CheckedSolid {
     }
 
     /// At another wavelength.
-    fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
+    pub(super) fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
         let medium = self.medium.as_ref();
         let medium = medium.map(|m| medium::medium_at(&m.stated, wavelength_nm, at));
         self.polarising().try_for_each(|face| face.check(wavelength_nm, at))?;
@@ -286,16 +286,6 @@ impl CheckedSolid {
             }
         })
     }
-}
-
-/// All solids at another wavelength.
-pub(crate) fn tuned(
-    solids: &[CheckedSolid],
-    wavelength_nm: f64,
-    at: &Context,
-) -> Result<Vec<CheckedSolid>, ConfigError> {
-    let tuned = solids.iter().map(|solid| solid.tuned(wavelength_nm, at));
-    tuned.collect()
 }
 
 /// The solids of packages, or of the array, that light enters, with the numbers of their media; in

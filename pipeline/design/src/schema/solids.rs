@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 use bsdf::LobeMotion;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::SeqAccessDeserializer;
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -19,7 +20,7 @@ use crate::tagged::{Kinds, Tagged};
 pub type Solid = Tagged<SolidKeys, SolidForm>;
 
 /// Keys of all solids and sheets.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidKeys {
     /// Name in the ledger, receivers and `sources.inside`: letters, digits, `-`, `_`, `.`; none
@@ -240,12 +241,8 @@ impl<'de> Deserialize<'de> for Contacts {
                 Ok(Contacts(vec![name.to_owned()]))
             }
 
-            fn visit_seq<A: SeqAccess<'de>>(self, mut names: A) -> Result<Contacts, A::Error> {
-                let mut all = Vec::new();
-                while let Some(name) = names.next_element()? {
-                    all.push(name);
-                }
-                Ok(Contacts(all))
+            fn visit_seq<A: SeqAccess<'de>>(self, names: A) -> Result<Contacts, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(names)).map(Contacts)
             }
         }
 
