@@ -142,7 +142,7 @@ impl SourceForm {
     }
 
     /// The name of its file.
-    pub fn file(&self) -> Option<&str> {
+    pub fn file(&self) -> Option<&String> {
         match self {
             Self::File(source) => Some(&source.file),
             _ => None,
