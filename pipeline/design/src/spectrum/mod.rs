@@ -126,31 +126,6 @@ pub struct Spectrum {
     pub luminous_efficacy_lm_per_w: f64,
     /// First and last wavelength with power, nm.
     pub range_nm: [f64; 2],
-    #[serde(skip)]
-    shares: Shares,
-}
-
-/// Shares of the weighted power.
-#[derive(Debug, Clone, PartialEq)]
-enum Shares {
-    /// The weighted power, and the density of wavelengths that stand for it.
-    Continuous { power: Density, wavelengths: Density },
-    /// Wavelengths and their shares.
-    Lines(Vec<(f64, f64)>),
-}
-
-impl Shares {
-    fn new(source: &SpectralPower, photometric: bool) -> Self {
-        match source {
-            SpectralPower::Lines { wavelength_nm, power } => {
-                Self::Lines(lines(wavelength_nm, power, photometric))
-            }
-            _ => Self::Continuous {
-                power: Density::new(source, photometric),
-                wavelengths: Density::of_wavelengths(source, photometric),
-            },
-        }
-    }
 }
 
 /// Wavelengths of use, nm.
@@ -182,7 +157,6 @@ impl Spectrum {
         let spectrum = Self {
             luminous_efficacy_lm_per_w: efficacy(&source),
             range_nm: range_nm(&source),
-            shares: Shares::new(&source, photometric),
             source,
             weighting,
             sampling,
@@ -211,8 +185,7 @@ impl Spectrum {
     /// The same weighted by radiant power.
     #[must_use]
     pub fn radiometric(&self) -> Self {
-        let shares = Shares::new(&self.source, false);
-        Self { weighting: Weighting::Radiometric, shares, ..self.clone() }
+        Self { weighting: Weighting::Radiometric, ..self.clone() }
     }
 
     /// True if all power has one wavelength.
@@ -249,9 +222,10 @@ impl Spectrum {
     /// The wavelength with half of the weighted power on either side, nm: what stands for the
     /// spectrum where one wavelength must.
     pub fn median_nm(&self) -> f64 {
-        match &self.shares {
-            Shares::Continuous { power, .. } => rounded(power, 0.5),
-            Shares::Lines(lines) => {
+        let photometric = self.weighting == Weighting::Photometric;
+        match &self.source {
+            SpectralPower::Lines { wavelength_nm, power } => {
+                let lines = lines(wavelength_nm, power, photometric);
                 let mut below = 0.0;
                 let middle = lines.iter().find(|(_, weight)| {
                     below += weight;
@@ -259,6 +233,7 @@ impl Spectrum {
                 });
                 middle.unwrap_or(&lines[lines.len() - 1]).0
             }
+            continuous => rounded(&Density::new(continuous, photometric), 0.5),
         }
     }
 
@@ -266,11 +241,16 @@ impl Spectrum {
     /// [`quadrature::COUNTS`], those left out that stand neither for weighted power nor for X, Y and
     /// Z; the lines themselves for a spectrum of lines.
     pub fn rule(&self, count: usize) -> Vec<(f64, f64)> {
-        match &self.shares {
-            Shares::Lines(lines) => lines.clone(),
-            Shares::Continuous { power, wavelengths } => {
-                let nodes: Vec<f64> = places(count).map(|u| rounded(wavelengths, u)).collect();
-                let weights = shares::of_nodes(&nodes, slices(power));
+        let photometric = self.weighting == Weighting::Photometric;
+        match &self.source {
+            SpectralPower::Lines { wavelength_nm, power } => {
+                lines(wavelength_nm, power, photometric)
+            }
+            continuous => {
+                let wavelengths = Density::of_wavelengths(continuous, photometric);
+                let nodes: Vec<f64> = places(count).map(|u| rounded(&wavelengths, u)).collect();
+                let power = Density::new(continuous, photometric);
+                let weights = shares::of_nodes(&nodes, slices(&power));
                 // Of a faint tail or, without weight, of the colours: a node of neither is left out.
                 let seen = self.tristimulus(&nodes);
                 let all = nodes.into_iter().zip(weights).zip(seen);

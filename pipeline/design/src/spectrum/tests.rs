@@ -205,9 +205,7 @@ fn a_white_led_is_plausible() {
     assert!((540.0..570.0).contains(&white.median_nm()));
     // A quarter of the radiant power is blue: the quantile at 0.125 is the die's peak, but for the
     // phosphor's faint tail below it.
-    let Shares::Continuous { power, .. } = spectrum(led(), Weighting::Radiometric).shares else {
-        unreachable!("continuous")
-    };
+    let power = Density::new(&led(), false);
     assert!((power.quantile_nm(0.125) - 450.0).abs() < 1.0);
     assert!((power.total() - 1.0).abs() < 1e-6, "{}", power.total());
     // The order of what is said of a spectrum does not matter to it: without a die it is its
