@@ -111,7 +111,6 @@ pub(crate) fn resolve_spectrum(
     folder: &Path,
     at: &Context,
 ) -> Result<Spectrum, ConfigError> {
-    let named = |key: &str| format!("{table}.{key}");
     let file = match &raw.kind {
         SpectrumForm::WhiteLed(_) => None,
         SpectrumForm::Table(rows) | SpectrumForm::Lines(rows) => rows.file.as_ref(),
@@ -128,7 +127,7 @@ pub(crate) fn resolve_spectrum(
         }
     };
     let SpectrumKeys { tolerance, samples, .. } = raw.shared;
-    let sampling = sampling(tolerance, samples, &named, at)?;
+    let sampling = sampling(tolerance, samples, &format!("{table}."), at)?;
     // Lines are all computed.
     let is_stated = tolerance.is_some() || samples.is_some();
     let is_sampled = is_stated || !matches!(raw.kind, SpectrumForm::Lines(_));
@@ -140,12 +139,12 @@ pub(crate) fn resolve_spectrum(
 pub(super) fn sampling(
     tolerance: Option<f64>,
     samples: Option<usize>,
-    key: &impl Fn(&str) -> String,
+    table: &str,
     at: &Context,
 ) -> Result<Sampling, ConfigError> {
     match (tolerance, samples) {
         (Some(_), Some(_)) => {
-            Err(at.value(&key("samples"), "beside `tolerance`", "one of the two"))
+            Err(at.value(&format!("{table}samples"), "beside `tolerance`", "one of the two"))
         }
         (None, Some(samples)) => Ok(Sampling::Samples(samples)),
         (tolerance, None) => Ok(Sampling::Tolerance(tolerance.unwrap_or(USUAL_TOLERANCE))),

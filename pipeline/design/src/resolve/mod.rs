@@ -72,7 +72,7 @@ impl Design {
         &DesignText { file, text, folder }: &DesignText<'_>,
         asks_for_bands: bool,
     ) -> Result<Self, ConfigError> {
-        let at = Context { file };
+        let at = Context::new(file);
         at.file_name("name", &raw.name)?;
         let light = light::resolve(raw, folder, &at)?;
         let wavelength_nm = light.wavelength_nm;

@@ -33,20 +33,19 @@ use crate::spectrum::{self, Sampling, Spectrum, WAVELENGTHS_NM, Weighting};
 const LED: &str = "LED";
 
 /// Context of messages, and the weighting of all lights.
-pub(crate) struct Scope<'a, K> {
-    pub(crate) key: &'a K,
+pub(crate) struct Scope<'a> {
     pub(crate) at: &'a Context<'a>,
     pub(crate) weighting: Weighting,
 }
 
-impl<K: Fn(&str) -> String> Scope<'_, K> {
+impl Scope<'_> {
     fn refuse<T>(
         &self,
         key: &str,
         got: impl std::fmt::Display,
         expected: &str,
     ) -> Result<T, ConfigError> {
-        Err(self.at.value(&(self.key)(key), got, expected))
+        Err(self.at.value(key, got, expected))
     }
 
     /// The light that a source states, one by a `file`; `None` where it is left to the file or the
@@ -67,10 +66,10 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
             return self.refuse(name, got, "no such key but with the light of a file");
         }
         if let Some(wavelength_nm) = keys.wavelength_nm {
-            let key = (self.key)("wavelength_nm");
+            let key = "wavelength_nm";
             let [low, high] = WAVELENGTHS_NM;
-            self.at.within(&key, wavelength_nm, low, high)?;
-            let line = light::line(wavelength_nm, self.weighting, &key, self.at)?;
+            self.at.within(key, wavelength_nm, low, high)?;
+            let line = light::line(wavelength_nm, self.weighting, key, self.at)?;
             return Ok(Some(EmitterLight::from_colour(Colour::Spectrum(line))));
         }
         if let Some(spectrum) = &keys.spectrum {
@@ -79,8 +78,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
                 let expected = "that of [light]: all sources are weighted alike";
                 return self.refuse("spectrum.weighting", "another", expected);
             }
-            let table = (self.key)("spectrum");
-            let of = (&table[..], self.weighting);
+            let of = ("spectrum", self.weighting);
             let spectrum = light::resolve_spectrum(spectrum, of, folder, self.at)?;
             return Ok(Some(EmitterLight::from_colour(Colour::Spectrum(spectrum))));
         }
@@ -104,7 +102,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         let unusable = |error: anyhow::Error| {
             let expected = format!("a far field or a file of rays: {error:#}");
             let got = format!("{:?}", raw.file);
-            self.at.value(&(self.key)("file"), got, &expected)
+            self.at.value("file", got, &expected)
         };
         let source = FileSource {
             file: raw.file.clone(),
@@ -141,8 +139,8 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         }
         let stated = own.then_some(EmitterLight::Design);
         let read = files::upward(&raw.file, folder);
-        let (used, upward) =
-            read.map_err(|error| self.at.of_files(&error.context((self.key)("file"))))?;
+        let (used, upward) = read
+            .map_err(|error| self.at.of_files(&error.context(format!("{}file", self.at.table))))?;
         let parts = match upward {
             Upward::Table(table) => self.far(raw, stated, table)?,
             Upward::Rays(lit) => self.rays(raw, stated, lit)?,
@@ -179,7 +177,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
             Some(own) => Ok(vec![one(lit.rays, own).map_err(|error| {
                 let expected = format!("a far field or a file of rays: {error}");
                 let got = format!("{:?}", source.file);
-                self.at.value(&(self.key)("file"), got, &expected)
+                self.at.value("file", got, &expected)
             })?]),
             None => self.of_rays(source, lit),
         }
@@ -190,7 +188,7 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         let name = &source.file;
         let unusable = |expected: String| {
             let expected = format!("{expected}; light = \"design\" passes the file's over");
-            self.at.value(&(self.key)("file"), format!("{name:?}"), &expected)
+            self.at.value("file", format!("{name:?}"), &expected)
         };
         let of_tracer = |error: tracer::Error| unusable(error.to_string());
         let sampling = self.sampling(source)?;
@@ -238,9 +236,9 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
 
     /// Sampling of the light of a file.
     fn sampling(&self, source: &FileSource) -> Result<Sampling, ConfigError> {
-        let sampling = light::sampling(source.tolerance, source.samples, self.key, self.at)?;
+        let sampling = light::sampling(source.tolerance, source.samples, "", self.at)?;
         spectrum::check_sampling(sampling)
-            .map_err(|error| self.at.value(&(self.key)(error.key), error.got, &error.expected))?;
+            .map_err(|error| self.at.value(error.key, error.got, &error.expected))?;
         Ok(sampling)
     }
 

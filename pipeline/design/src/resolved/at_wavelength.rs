@@ -76,7 +76,7 @@ impl Design {
 
     /// [`Self::at`], with the spectrum.
     pub(crate) fn tuned(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
-        let at = Context { file: &self.provenance.file };
+        let at = Context::new(&self.provenance.file);
         let solids = self.solids.iter().map(|solid| solid.tuned(wavelength_nm, &at));
         Ok(Self {
             wavelength_nm,

@@ -269,7 +269,7 @@ impl CheckedSolid {
             SolidOptics::Polarising(face) => {
                 let frame = shape.frame(DVec3::ZERO, normal);
                 // Shares were checked with the name of the file.
-                let at = Context { file: "" };
+                let at = Context::new("");
                 SurfaceModel::Scatter(Arc::new(face.optics(&frame, wavelength_nm, indices, &at)?))
             }
             SolidOptics::Refracting => {
