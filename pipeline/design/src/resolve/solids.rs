@@ -169,7 +169,7 @@ pub(super) fn resolve_one(
     let key = |name: &str| read.key(name);
     let mut files = Vec::new();
     let form = form::resolve(solid, read, &mut files)?;
-    substance(solid, &key, at)?;
+    substance(solid, read)?;
     if solid.shared.optical_contact.names(Contacts::BOTTOM) && form.footprint().is_none() {
         return Err(no_foot(&form, &key("optical_contact"), at));
     }
@@ -286,12 +286,9 @@ fn diffusing(
 
 /// What a solid is of, and what a sheet does: one of the tables that say it, and none that says the
 /// opposite.
-fn substance(
-    solid: &Solid,
-    key: &impl Fn(&str) -> String,
-    at: &Context,
-) -> Result<(), ConfigError> {
-    let refuse = |name: &str, got: &str, expected: &str| Err(at.value(&key(name), got, expected));
+fn substance(solid: &Solid, read: &SolidTable) -> Result<(), ConfigError> {
+    let refuse =
+        |name: &str, got: &str, expected: &str| Err(read.at.value(&read.key(name), got, expected));
     let keys = &solid.shared;
     let coated = !keys.coating.is_empty();
     if !keys.optical_contact.is_empty() && keys.medium.is_none() {
