@@ -50,11 +50,9 @@ fn rounded_period(
         valley_mm: 1e3 * rounding.valley_mm,
     };
     let period = corners[corners.len() - 1][0];
-    let side = |ends: &[[f64; 2]], shift: f64, role: Role| Piece {
-        start: [ends[0][0] + shift, ends[0][1]],
-        end: [ends[1][0] + shift, ends[1][1]],
-        curve: Curve::Line,
-        role,
+    let side = |ends: &[[f64; 2]], shift: f64, role: Role| {
+        let [start, end] = [0, 1].map(|k| [ends[k][0] + shift, ends[k][1]]);
+        Piece::line(start, end, role)
     };
     // The last side of the period before, and the first of the one after.
     let mut sides = vec![side(&corners[corners.len() - 2..], -period, Role::Element(0))];
