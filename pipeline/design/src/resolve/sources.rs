@@ -49,13 +49,14 @@ pub(crate) fn resolve(
         let region = surroundings(source, domed, solids, at)?;
         let scope = Scope { at, weighting };
         let (emitters, symmetry) = emitters(source, led, region, folder, &scope)?;
-        let file_sha256 = match source.kind.file() {
-            Some(name) => Some(hash(&folder.join(name)).map_err(|e| {
+        let sha256 = |name: &String| {
+            let bytes = std::fs::read(folder.join(name));
+            bytes.map(|bytes| sha256_hex(&bytes)).map_err(|e| {
                 let expected = format!("a file that can be read: {e}");
                 at.value("file", format!("{name:?}"), &expected)
-            })?),
-            None => None,
+            })
         };
+        let file_sha256 = source.kind.file().map(sha256).transpose()?;
         checked.push(CheckedSource { stated: source.clone(), file_sha256, emitters, symmetry });
     }
     Ok(checked)
@@ -72,10 +73,6 @@ pub(crate) fn of_files(
     let scope = Scope { at, weighting };
     let source = raw.files.source.as_ref();
     source.map(|raw| scope.upward(raw, folder)).transpose()
-}
-
-fn hash(path: &Path) -> std::io::Result<String> {
-    Ok(sha256_hex(&std::fs::read(path)?))
 }
 
 /// Stated surroundings of a source.

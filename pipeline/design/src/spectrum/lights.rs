@@ -136,10 +136,7 @@ impl Lights {
 impl Colour {
     /// True if two lights are one. Rays of files are each their own.
     pub fn is(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Spectrum(a), Self::Spectrum(b)) => a == b,
-            _ => false,
-        }
+        self.spectrum().is_some_and(|own| Some(own) == other.spectrum())
     }
 
     /// The spectrum of all places and directions, if there is one.
@@ -181,7 +178,7 @@ impl Colour {
             Self::Spectrum(spectrum) => spectrum.rule(count),
             Self::Rays(rays) => {
                 let nodes = rays.nodes(count);
-                let weights = rays.weights(&nodes, rays.weighting());
+                let weights = rays.weights(&nodes, rays.weighting);
                 nodes.into_iter().zip(weights).collect()
             }
         }
