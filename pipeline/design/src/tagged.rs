@@ -223,10 +223,6 @@ pub fn names<T: DeserializeOwned>() -> &'static [&'static str] {
 
 /// Keys of all kinds beside those of each, with the key that names the kind.
 impl<S: JsonSchema, K: JsonSchema + Kinds> JsonSchema for Tagged<S, K> {
-    fn inline_schema() -> bool {
-        true
-    }
-
     fn schema_name() -> Cow<'static, str> {
         format!("{} of {}", K::schema_name(), S::schema_name()).into()
     }

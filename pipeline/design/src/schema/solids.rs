@@ -260,10 +260,6 @@ impl Serialize for Contacts {
 }
 
 impl JsonSchema for Contacts {
-    fn inline_schema() -> bool {
-        true
-    }
-
     fn schema_name() -> Cow<'static, str> {
         "names".into()
     }
