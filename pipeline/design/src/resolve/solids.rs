@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bsdf::{DiffuseLaw, DiffuseLobe, GaussianLobe};
+use tracer::SurfaceModel;
 
 use files::formats::scattering::{self, Scattering};
 use files::provenance::FileRecord;
@@ -20,9 +21,7 @@ use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::films::Stack;
 use crate::resolved::form::Form;
-use crate::resolved::solids::{
-    BOX_FACES, CheckedSolid, CheckedSurface, FileReflector, MAX_SOLIDS, SolidOptics,
-};
+use crate::resolved::solids::{BOX_FACES, CheckedSolid, CheckedSurface, MAX_SOLIDS, SolidOptics};
 use crate::schema::reflectors::Law;
 use crate::schema::solids::{
     Contacts, GaussianShares, ReflectorFile, ScatterLaw, Solid, SolidScatter,
@@ -195,7 +194,7 @@ pub(super) fn resolve_one(
                     .and_then(|content| scattering::reflector(&content, file, *between))
                     .map_err(|error| at.of_files(&error.context(key("surface.file"))))?;
                 turns = isotropic;
-                SolidOptics::File(FileReflector(table))
+                SolidOptics::File(SurfaceModel::Coating(table))
             }
             Ok(law) => {
                 if let Law::Specular(metal) = &law {

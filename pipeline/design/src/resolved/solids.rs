@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::Context as _;
 use bsdf::direction::Frame;
 use bsdf::ray_optics::{Outline, UnitCell};
-use bsdf::{Bsdf, DiffuseLobe, Diffuser};
+use bsdf::{DiffuseLobe, Diffuser};
 use serde::Serialize;
 use tracer::glam::DVec3;
 use tracer::{Region, Shape, SurfaceModel};
@@ -93,18 +93,9 @@ pub(crate) enum SolidOptics {
     /// A polarising sheet.
     Polarising(PolarisingFace),
     /// A reflector by a file.
-    File(FileReflector),
+    File(SurfaceModel),
     /// A law of reflection; with the metal under it where it is of metal.
     Law(Reflector),
-}
-
-/// A reflector by a file.
-pub(crate) struct FileReflector(pub(crate) Arc<dyn Bsdf>);
-
-impl std::fmt::Debug for FileReflector {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("a reflector by a file")
-    }
 }
 
 /// Grooves of a face.
@@ -261,7 +252,6 @@ impl CheckedSolid {
         wavelength_nm: f64,
         indices: [f64; 2],
     ) -> anyhow::Result<SurfaceModel> {
-        let metal = |reflectance| self.coats.mirror(wavelength_nm, reflectance);
         Ok(match optics {
             SolidOptics::Grooved(face) => {
                 face.optics(&shape.frame(DVec3::ZERO, normal), indices)?
@@ -280,9 +270,10 @@ impl CheckedSolid {
             SolidOptics::Diffusing { reflection, transmission } => {
                 SurfaceModel::Scatter(Arc::new(Diffuser::new(*reflection, *transmission, indices)?))
             }
-            SolidOptics::File(FileReflector(table)) => SurfaceModel::Coating(Arc::clone(table)),
+            SolidOptics::File(reflector) => reflector.clone(),
             SolidOptics::Law(reflector) => {
-                metal(reflector.reflectance())?.unwrap_or_else(|| reflector.optics())
+                let metal = self.coats.mirror(wavelength_nm, reflector.reflectance())?;
+                metal.unwrap_or_else(|| reflector.optics())
             }
         })
     }
