@@ -43,6 +43,14 @@ pub struct Tagged<S, K> {
     pub kind: K,
 }
 
+impl<S, K: Kinds> Tagged<S, K> {
+    /// The name of the kind, as the design file has it.
+    pub fn kind_name(&self) -> String {
+        let kinds = serde_json::to_value(&self.kind).unwrap_or_default();
+        kinds.as_object().and_then(|kinds| kinds.keys().next().cloned()).unwrap_or_default()
+    }
+}
+
 /// Tells the kind of a table by the keys that it has.
 type Untagged = fn(&dyn Fn(&str) -> bool) -> Option<&'static str>;
 

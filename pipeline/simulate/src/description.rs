@@ -297,7 +297,7 @@ fn solid(solid: &CheckedSolid) -> String {
         Per::Package => "in each package",
         Per::Array => "once",
     };
-    let kind = solid.stated.kind.name();
+    let kind = solid.stated.kind_name();
     let scatter = solid.stated.shared.scatter.as_ref();
     let scatter = scatter.map_or(String::new(), |scatter| format!(", {}", scatters(&scatter.kind)));
     if solid.is_film() {

@@ -182,7 +182,7 @@ pub(super) fn resolve_one(
             ScatterLaw::Prisms(_) | ScatterLaw::Grooves(_) | ScatterLaw::Polariser(_) => {
                 let expected = "file, lambertian or gaussian: prisms, grooves and polarisers are \
                                 of a face of [[films]]";
-                return Err(at.value(&key("scatter.kind"), scatter.kind.name(), expected));
+                return Err(at.value(&key("scatter.kind"), scatter.kind_name(), expected));
             }
             law => read.scattering(law, &key("scatter"), &mut files)?,
         },

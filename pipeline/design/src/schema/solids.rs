@@ -146,19 +146,6 @@ impl SolidForm {
     pub fn is_sheet(&self) -> bool {
         matches!(self, Self::Rectangle(_) | Self::Disc(_))
     }
-
-    /// The name of the kind.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Box(_) => "box",
-            Self::Cylinder(_) => "cylinder",
-            Self::Sphere(_) => "sphere",
-            Self::Meridian(_) => "meridian",
-            Self::Mesh(_) => "mesh",
-            Self::Rectangle(_) => "rectangle",
-            Self::Disc(_) => "disc",
-        }
-    }
 }
 
 impl Solid {
@@ -298,20 +285,6 @@ impl Kinds for ScatterLaw {
 
     fn untagged(keys: &dyn Fn(&str) -> bool) -> Option<&'static str> {
         ["file", "inner", "outer"].into_iter().any(keys).then_some("file")
-    }
-}
-
-impl ScatterLaw {
-    /// The name of the kind.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::File(_) => "file",
-            Self::Lambertian(_) => "lambertian",
-            Self::Gaussian(_) => "gaussian",
-            Self::Prisms(_) => "prisms",
-            Self::Grooves(_) => "grooves",
-            Self::Polariser(_) => "polariser",
-        }
     }
 }
 
