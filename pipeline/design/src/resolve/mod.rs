@@ -273,10 +273,6 @@ impl Design {
         if let Some(stairs) = h.stairs_um {
             at.within("hybrid.stairs_um", stairs, 1e-3, 1e3)?;
         }
-        self.check_trace(at)
-    }
-
-    fn check_trace(&self, at: &Context) -> Result<(), ConfigError> {
         let t = &self.trace;
         if !PATHS.contains(&t.paths) {
             let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());

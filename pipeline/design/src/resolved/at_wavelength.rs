@@ -70,8 +70,9 @@ impl Design {
 
     /// The colours of the sources, unless that of the design is the only one.
     pub fn colours(&self) -> Option<Lights> {
-        let lights = self.lights.as_ref().filter(|lights| lights.coloured);
-        lights.map(Lights::by_colour)
+        let lights = self.lights.as_ref().filter(|lights| lights.coloured)?;
+        let colours = lights.by_colour().into_iter().map(|(light, _)| light);
+        Some(Lights { lights: colours.collect(), ..lights.clone() })
     }
 
     /// [`Self::at`], with the spectrum.
