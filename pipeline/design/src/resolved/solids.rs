@@ -151,7 +151,10 @@ impl CheckedSolid {
     pub fn place(&self) -> (String, String) {
         match self.lower_face_mm() {
             Some(z_mm) => (format!("{}.z_mm", self.table), z_mm.to_string()),
-            None => (format!("{}.position_mm", self.table), self.stated.place()),
+            None => {
+                let List(position_mm) = self.stated.shared.position_mm;
+                (format!("{}.position_mm", self.table), format!("{position_mm:?}"))
+            }
         }
     }
 
@@ -164,9 +167,17 @@ impl CheckedSolid {
         self.is_film().then(|| (low_mm * 1e9).round() / 1e9)
     }
 
-    /// The key that says how large it is, and what stands there.
+    /// The key that says how large it is, and what stands there; of a meridian or a mesh its place.
     pub fn size(&self) -> (String, String) {
-        let (key, got) = self.stated.size();
+        let radius = |radius: f64| ("radius_mm", radius.to_string());
+        let (key, got) = match &self.stated.kind {
+            SolidForm::Box(flat) => ("size_mm", format!("{:?}", flat.size_mm.0)),
+            SolidForm::Rectangle(flat) => ("size_mm", format!("{:?}", flat.size_mm.0)),
+            SolidForm::Cylinder(cylinder) => radius(cylinder.radius_mm),
+            SolidForm::Sphere(ball) => radius(ball.radius_mm),
+            SolidForm::Disc(disc) => radius(disc.radius_mm),
+            SolidForm::Meridian(_) | SolidForm::Mesh(_) => return self.place(),
+        };
         (format!("{}.{key}", self.table), got)
     }
 

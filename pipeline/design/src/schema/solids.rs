@@ -148,26 +148,6 @@ impl SolidForm {
     }
 }
 
-impl Solid {
-    /// The key that says how large it is, and what stands there; of a meridian or a mesh its place.
-    pub fn size(&self) -> (&'static str, String) {
-        let radius = |radius: f64| ("radius_mm", radius.to_string());
-        match &self.kind {
-            SolidForm::Box(flat) => ("size_mm", format!("{:?}", flat.size_mm.0)),
-            SolidForm::Rectangle(flat) => ("size_mm", format!("{:?}", flat.size_mm.0)),
-            SolidForm::Cylinder(cylinder) => radius(cylinder.radius_mm),
-            SolidForm::Sphere(ball) => radius(ball.radius_mm),
-            SolidForm::Disc(disc) => radius(disc.radius_mm),
-            SolidForm::Meridian(_) | SolidForm::Mesh(_) => ("position_mm", self.place()),
-        }
-    }
-
-    /// Place, as messages show it.
-    pub fn place(&self) -> String {
-        format!("{:?}", self.shared.position_mm.0)
-    }
-}
-
 /// Number of copies of a solid.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
