@@ -97,7 +97,7 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
         "mirror",
         match (design.files.mirror(), &design.films) {
             (Some(_), _) => "by a file".to_owned(),
-            (None, Some(films)) if films.mirrors() => {
+            (None, Some(films)) if films.mirror.substrate.is_some() => {
                 format!("thin films on metal, {} of what they reflect", m.reflector.reflectance())
             }
             (None, _) => format!("reflectance {}", reflects(m.reflector)),

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
+use super::films::Films;
 use super::{Design, medium};
 use crate::check::Context;
 use crate::error::ConfigError;
@@ -78,11 +79,12 @@ impl Design {
     /// [`Self::at`], with the spectrum.
     pub(crate) fn tuned(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
         let at = Context::new(&self.provenance.file);
+        let films = self.films.as_ref();
         let solids = self.solids.iter().map(|solid| solid.tuned(wavelength_nm, &at));
         Ok(Self {
             wavelength_nm,
             silicone: medium::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
-            films: self.films.as_ref().map(|films| films.tuned(wavelength_nm, &at)).transpose()?,
+            films: films.map(|of| Films::new(&of.stated, wavelength_nm, &at)).transpose()?,
             solids: solids.collect::<Result<_, _>>()?,
             ..self.clone()
         })
