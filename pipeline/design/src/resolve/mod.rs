@@ -51,25 +51,17 @@ const MAX_BINS: f64 = 1e6;
 /// Most bins across a spot: nine points at all phases of the pitch are 1296 spots.
 const MAX_SPOT_BINS: f64 = 100.0;
 
-/// The text of a design file.
-pub(crate) struct DesignText<'a> {
-    /// Name in messages.
-    pub(crate) file: &'a str,
-    /// The text itself.
-    pub(crate) text: &'a str,
-    /// Folder of the files that it names.
-    pub(crate) folder: &'a Path,
-}
-
 /// Usual step of the wavelengths of a trace in which light is converted, nm.
 const STEP_NM: f64 = 5.0;
 
 impl Design {
-    /// Checks `raw`, read from a text. Bands that cannot be made are refused where the design asks
-    /// for them, and left out where it does not.
+    /// Checks `raw`, read from the text of a file; the files that it names lie in `folder`. Bands
+    /// that cannot be made are refused where the design asks for them, and left out where it does
+    /// not.
     pub(crate) fn resolve(
         raw: &schema::Design,
-        &DesignText { file, text, folder }: &DesignText<'_>,
+        (file, text): (&str, &str),
+        folder: &Path,
         asks_for_bands: bool,
     ) -> Result<Self, ConfigError> {
         let at = Context::new(file);
