@@ -74,7 +74,7 @@ fn a_sphere_by_rows_carries_the_relief_of_the_sphere() {
             assert_eq!(pair, (None, None));
             continue;
         };
-        let points = |cell: &geometry::Cell| cell.polygons[0].points_um.concat();
+        let points = |cell: &geometry::Cell| cell.points_um.concat();
         for (x, y) in points(&a).into_iter().zip(points(&b)) {
             assert!((x - y).abs() < 1e-9, "{a:?} {b:?}");
         }

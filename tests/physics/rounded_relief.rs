@@ -37,7 +37,7 @@ fn relief(shape: Shape, width_mm: f64, [tip_mm, valley_mm]: [f64; 2]) -> Element
 
 /// Silicone above the chord in one period, µm²; a shift of the lowest point aside.
 fn area(cell: &Cell, level_um: f64) -> f64 {
-    let points = &cell.polygons[0].points_um;
+    let points = &cell.points_um;
     let next = points.iter().cycle().skip(1);
     let twice: f64 = points.iter().zip(next).map(|(p, q)| p[0] * q[1] - p[1] * q[0]).sum();
     0.5 * twice.abs() + level_um * cell.period_um
@@ -74,7 +74,7 @@ fn arcs_change_the_area_of_a_cell_by_the_closed_form() {
         let found = area(&rounded, level) - sharp;
         // Within 5 nm of arcs of some 6 µm, and of the lowest point over a period.
         assert!((found - change).abs() < 0.15, "{radii:?}: {found} for {change}");
-        let lowest = rounded.polygons[0].points_um.iter().map(|p| p[1]).fold(9.0, f64::min);
+        let lowest = rounded.points_um.iter().map(|p| p[1]).fold(9.0, f64::min);
         assert!(lowest.abs() < 1e-12);
         interface(&rounded, 0.55).expect("a relief that is solved");
     }

@@ -24,16 +24,23 @@ fn limit(number: f64) -> String {
     if plain { number.to_string() } else { format!("{number:e}") }
 }
 
-/// Names the file in every complaint.
+/// Names the file in every complaint, and the table of the key.
 pub(super) struct Context<'a> {
     pub(super) file: &'a str,
+    /// What stands before keys: nothing, or `receivers[1].`.
+    pub(super) table: &'a str,
 }
 
-impl Context<'_> {
+impl<'a> Context<'a> {
+    /// That of keys of the file.
+    pub(super) fn new(file: &'a str) -> Self {
+        Self { file, table: "" }
+    }
+
     pub(super) fn value(&self, key: &str, got: impl Display, expected: &str) -> ConfigError {
         ConfigError::Value {
             file: self.file.to_owned(),
-            key: key.to_owned(),
+            key: [self.table, key].concat(),
             got: readable(&got.to_string()),
             expected: expected.to_owned(),
         }

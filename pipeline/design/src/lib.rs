@@ -124,8 +124,7 @@ pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Design, ConfigErro
         toml_errors::read(text, &schema::tagged_tables()).map_err(wrong)?;
     resolve::defaults::derive(&mut raw, &written);
     let asks_for_bands = written.contains_key("hybrid");
-    let file = resolve::DesignText { file, text, folder };
-    Design::resolve(&raw, &file, asks_for_bands)
+    Design::resolve(&raw, (file, text), folder, asks_for_bands)
 }
 
 /// The embedded design called `name`, checked like any other.

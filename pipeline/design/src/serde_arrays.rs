@@ -42,10 +42,6 @@ impl<T: Serialize, const N: usize> Serialize for List<T, N> {
 }
 
 impl<T: JsonSchema, const N: usize> JsonSchema for List<T, N> {
-    fn inline_schema() -> bool {
-        true
-    }
-
     fn schema_name() -> Cow<'static, str> {
         format!("{N} numbers").into()
     }

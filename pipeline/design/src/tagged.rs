@@ -43,6 +43,14 @@ pub struct Tagged<S, K> {
     pub kind: K,
 }
 
+impl<S, K: Kinds> Tagged<S, K> {
+    /// The name of the kind, as the design file has it.
+    pub fn kind_name(&self) -> String {
+        let kinds = serde_json::to_value(&self.kind).unwrap_or_default();
+        kinds.as_object().and_then(|kinds| kinds.keys().next().cloned()).unwrap_or_default()
+    }
+}
+
 /// Tells the kind of a table by the keys that it has.
 type Untagged = fn(&dyn Fn(&str) -> bool) -> Option<&'static str>;
 
@@ -75,15 +83,9 @@ impl<S: Serialize, K: Kinds> Serialize for Tagged<S, K> {
     }
 }
 
-/// Error in the kind of a table.
-pub(super) struct WrongKind {
-    /// Place in the text.
-    pub(super) span: Range<usize>,
-    /// Dotted key, entries of lists from 1.
-    pub(super) key: String,
-    /// Expected and found values.
-    pub(super) message: String,
-}
+/// Complaint about a part of the text: its place, and the message with the dotted key, entries of
+/// lists from 1.
+pub(super) type Complaint = (Range<usize>, String);
 
 /// Tables that are of one of several kinds.
 pub struct TaggedTable {
@@ -101,7 +103,7 @@ impl TaggedTable {
     }
 
     /// Rearranges all of them in a file.
-    pub(super) fn rearrange(&self, file: &mut DeTable<'_>) -> Result<(), WrongKind> {
+    pub(super) fn rearrange(&self, file: &mut DeTable<'_>) -> Result<(), Complaint> {
         self.descend(self.path, file, "")
     }
 
@@ -110,7 +112,7 @@ impl TaggedTable {
         path: &[&str],
         table: &mut DeTable<'_>,
         above: &str,
-    ) -> Result<(), WrongKind> {
+    ) -> Result<(), Complaint> {
         let [step, rest @ ..] = path else {
             return Ok(());
         };
@@ -140,11 +142,10 @@ impl TaggedTable {
         table: &mut DeTable<'_>,
         span: Range<usize>,
         key: &str,
-    ) -> Result<(), WrongKind> {
-        let wrong = |span: Range<usize>, got: &str| WrongKind {
-            span,
-            key: format!("{key}.{}", self.tag),
-            message: format!("expected one of {}, got {got}", self.kinds.join(", ")),
+    ) -> Result<(), Complaint> {
+        let wrong = |span: Range<usize>, got: &str| {
+            let kinds = self.kinds.join(", ");
+            (span, format!("{key}.{}: expected one of {kinds}, got {got}", self.tag))
         };
         let all = std::mem::take(table);
         let untagged = (self.untagged)(&|name| all.contains_key(name));
@@ -223,10 +224,6 @@ pub fn names<T: DeserializeOwned>() -> &'static [&'static str] {
 
 /// Keys of all kinds beside those of each, with the key that names the kind.
 impl<S: JsonSchema, K: JsonSchema + Kinds> JsonSchema for Tagged<S, K> {
-    fn inline_schema() -> bool {
-        true
-    }
-
     fn schema_name() -> Cow<'static, str> {
         format!("{} of {}", K::schema_name(), S::schema_name()).into()
     }

@@ -12,7 +12,7 @@ use toml::de::{DeTable, DeValue};
 use files::control_characters::refusal;
 use files::serde_messages::plain;
 
-use super::tagged::{TaggedTable, is_inserted};
+use super::tagged::{Complaint, TaggedTable, is_inserted};
 
 /// Most characters of the text that are shown.
 const MAX_SHOWN: usize = 40;
@@ -49,12 +49,10 @@ fn read_as<T: DeserializeOwned>(
             *value = number.into_inner();
         }
     });
-    refuse_controls(file.get_ref(), "").map_err(|(span, said)| at(text, &span) + &said)?;
+    let placed = |(span, said): Complaint| at(text, &span) + &said;
+    refuse_controls(file.get_ref(), "").map_err(placed)?;
     for table in tagged {
-        table.rearrange(file.get_mut()).map_err(|wrong| {
-            let place = at(text, &wrong.span);
-            format!("{place}{}: {}", wrong.key, wrong.message)
-        })?;
+        table.rearrange(file.get_mut()).map_err(placed)?;
     }
     serde_path_to_error::deserialize(toml::Deserializer::from(file))
         .map_err(|e| complaint(text, e.path(), e.inner()))
@@ -95,7 +93,7 @@ fn whole_number<'i>(value: &mut DeValue<'i>, may_be: fn(&str) -> bool, see: Seen
 
 /// Refuses keys and texts with control characters: they would steer the terminal, and pictures and
 /// pages have no place for them.
-fn refuse_controls(table: &DeTable<'_>, path: &str) -> Result<(), (Range<usize>, String)> {
+fn refuse_controls(table: &DeTable<'_>, path: &str) -> Result<(), Complaint> {
     for (name, value) in table {
         if let Some(said) = refusal(name.get_ref(), false) {
             return Err((name.span(), format!("key: {said}")));
@@ -106,10 +104,7 @@ fn refuse_controls(table: &DeTable<'_>, path: &str) -> Result<(), (Range<usize>,
     Ok(())
 }
 
-fn refuse_controls_of(
-    value: &Spanned<DeValue<'_>>,
-    path: &str,
-) -> Result<(), (Range<usize>, String)> {
+fn refuse_controls_of(value: &Spanned<DeValue<'_>>, path: &str) -> Result<(), Complaint> {
     match value.get_ref() {
         DeValue::String(text) => {
             let lines = path == "description" || path.ends_with(".description");

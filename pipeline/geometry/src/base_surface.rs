@@ -136,8 +136,8 @@ fn reach(curve: &Meridian) -> (f64, usize) {
             Curve::Arc { radius_mm, .. } => Some(radius_mm),
             Curve::Bend { radius_mm, centre_mm, .. } => Some(centre_mm[0] + radius_mm),
         };
-        let radii = piece.extremes().into_iter().map(|[r, _]| r);
-        (reached, last) = (radii.fold(0.0, f64::max), k);
+        let [_, high] = piece.extent();
+        (reached, last) = (high[0].max(0.0), k);
         // An arc that reaches its outermost point turns back there.
         if outermost.is_some_and(|r| (r - reached).abs() <= SAME * r) {
             break;
@@ -194,12 +194,7 @@ fn close_sphere(sphere: &SphericalDome, covered_mm: f64, pieces: &mut Vec<Piece>
         last.end = rim;
     }
     if rim[1] > 0.0 {
-        pieces.push(Piece {
-            start: rim,
-            end: [rim[0], 0.0],
-            curve: Curve::Line,
-            role: Role::Cylinder,
-        });
+        pieces.push(Piece::line(rim, [rim[0], 0.0], Role::Cylinder));
     }
 }
 

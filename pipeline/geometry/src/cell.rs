@@ -3,28 +3,16 @@
 //!
 //! x runs along t (meridional tangent, outward and down), z along the outward normal from the chord
 //! (0, silicone side; with rounded valleys from their lowest point) to the apex (`depth`, outer
-//! side). Rounded corners are polygons of at least 8 chords each, within 5 nm of their arcs. Outside the polygons is air, or what else
-//! lies around the dome; below z = 0 is silicone and beyond `depth` is the same as between the
-//! polygons. The outline wraps at the period and a later polygon lies over an earlier one.
-//! Micrometres.
-
-use serde::Serialize;
+//! side). Rounded corners are polygons of at least 8 chords each, within 5 nm of their arcs. Outside the
+//! relief is air, or what else lies around the dome; below z = 0 is silicone. The outline wraps at
+//! the period. Micrometres.
 
 use super::profile::Rounding;
 use super::rounding::rounded;
 use super::{Chord, Curve, GeometryError, Piece, Role};
 
-/// A polygon of one material.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct CellPolygon {
-    /// Refractive index.
-    pub index: f64,
-    /// Corners (x, z), µm.
-    pub points_um: Vec<[f64; 2]>,
-}
-
 /// One period of a ring's relief.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Cell {
     /// Ring it belongs to, from 1.
     pub ring: usize,
@@ -34,21 +22,12 @@ pub struct Cell {
     pub depth_um: f64,
     /// Inclination of the chord, degrees.
     pub slope_deg: f64,
-    /// Index between the polygons and beyond them, of what lies around the dome.
+    /// Index beyond the relief, of what lies around the dome.
     pub background_index: f64,
-    /// Index below the chord.
+    /// Index of the relief and below the chord.
     pub inner_index: f64,
-    /// The relief itself.
-    pub polygons: Vec<CellPolygon>,
-}
-
-/// The ring of a cell, and its material.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct CellOf {
-    /// Ring, from 1.
-    pub ring: usize,
-    /// Refractive index.
-    pub index: f64,
+    /// Corners (x, z) of the relief, µm.
+    pub points_um: Vec<[f64; 2]>,
 }
 
 /// The role of the period that is cut out.
@@ -71,11 +50,9 @@ fn rounded_period(
         valley_mm: 1e3 * rounding.valley_mm,
     };
     let period = corners[corners.len() - 1][0];
-    let side = |ends: &[[f64; 2]], shift: f64, role: Role| Piece {
-        start: [ends[0][0] + shift, ends[0][1]],
-        end: [ends[1][0] + shift, ends[1][1]],
-        curve: Curve::Line,
-        role,
+    let side = |ends: &[[f64; 2]], shift: f64, role: Role| {
+        let [start, end] = [0, 1].map(|k| [ends[k][0] + shift, ends[k][1]]);
+        Piece::line(start, end, role)
     };
     // The last side of the period before, and the first of the one after.
     let mut sides = vec![side(&corners[corners.len() - 2..], -period, Role::Element(0))];
@@ -112,8 +89,8 @@ fn chords(piece: &Piece, least: f64) -> usize {
 }
 
 impl Cell {
-    /// The cell whose outline has `vertices` (along, above the chord, mm) between the base corners,
-    /// rounded. `None` if nothing stands on the chord.
+    /// The cell of a ring (from 1) of this index whose outline has `vertices` (along, above the
+    /// chord, mm) between the base corners, rounded. `None` if nothing stands on the chord.
     ///
     /// # Errors
     /// Radii that do not fit.
@@ -121,7 +98,7 @@ impl Cell {
         chord: &Chord,
         vertices: &[[f64; 2]],
         rounding: Rounding,
-        of: CellOf,
+        (ring, index): (usize, f64),
     ) -> Result<Option<Self>, GeometryError> {
         if vertices.iter().all(|v| v[1] <= 0.0) {
             return Ok(None);
@@ -131,9 +108,8 @@ impl Cell {
         points_um.extend(vertices.iter().map(|v| [1e3 * v[0], 1e3 * v[1]]));
         points_um.push([period_um, 0.0]);
         if !rounding.is_sharp() {
-            points_um = rounded_period(&points_um, rounding, of.ring)?;
+            points_um = rounded_period(&points_um, rounding, ring)?;
         }
-        let CellOf { ring, index } = of;
         Ok(Some(Self {
             ring,
             period_um,
@@ -141,7 +117,7 @@ impl Cell {
             slope_deg: chord.slope().to_degrees(),
             background_index: 1.0,
             inner_index: index,
-            polygons: vec![CellPolygon { index, points_um }],
+            points_um,
         }))
     }
 
@@ -176,7 +152,7 @@ mod tests {
             near(cell.period_um, period, 5e-3);
             near(cell.depth_um, height, 5e-3);
             // Right angle at the apex: apex at 10 cos(slope) along the chord.
-            near(cell.polygons[0].points_um[1][0], 10.0 * cell.slope_deg.to_radians().cos(), 1e-9);
+            near(cell.points_um[1][0], 10.0 * cell.slope_deg.to_radians().cos(), 1e-9);
         }
     }
 
@@ -185,7 +161,7 @@ mod tests {
         let shape =
             Shape::Triangle { inner_base_deg: 50.0, apex_deg: 60.0, reference: Reference::Chord };
         let cell = ring_cell(&DOME, &rings(shape), 40, 1.41).expect("a triangle");
-        let [a, apex, b] = cell.polygons[0].points_um[..] else { panic!("three corners") };
+        let [a, apex, b] = cell.points_um[..] else { panic!("three corners") };
         let angle = |at: [f64; 2], p: [f64; 2], q: [f64; 2]| {
             let (u, v) = ([p[0] - at[0], p[1] - at[1]], [q[0] - at[0], q[1] - at[1]]);
             ((u[0] * v[0] + u[1] * v[1]) / (u[0].hypot(u[1]) * v[0].hypot(v[1])))
@@ -206,7 +182,7 @@ mod tests {
         };
         for ring in [3, 40, 90] {
             let cell = ring_cell(&DOME, &rings(shape.clone()), ring, 1.41).expect("a triangle");
-            let [a, apex, b] = cell.polygons[0].points_um[..] else { panic!("three corners") };
+            let [a, apex, b] = cell.points_um[..] else { panic!("three corners") };
             // Inclination against the chord, less what the chord falls by.
             let rise = |p: [f64; 2], q: [f64; 2]| {
                 (q[1] - p[1]).atan2(q[0] - p[0]).to_degrees() - cell.slope_deg

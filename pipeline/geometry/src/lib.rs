@@ -39,8 +39,7 @@ mod rounding;
 pub mod shapes;
 
 pub use base_surface::BaseSurface;
-use cell::CellOf;
-pub use cell::{Cell, CellPolygon};
+pub use cell::Cell;
 pub use meridian::{Curve, Meridian, Piece, Role};
 pub use rounding::Corner;
 
@@ -168,5 +167,5 @@ pub fn ring_cell<'a>(
 ) -> Result<Option<Cell>, GeometryError> {
     let chord = Chord::of(base, rings.width_mm, ring);
     let vertices = vertices(&rings.shapes[ring - 1], &chord);
-    Cell::standing_on(&chord, &vertices, rings.rounding, CellOf { ring, index })
+    Cell::standing_on(&chord, &vertices, rings.rounding, (ring, index))
 }

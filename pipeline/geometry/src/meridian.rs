@@ -83,17 +83,11 @@ impl Meridian {
 
     /// Height of the highest point, mm.
     pub fn top_mm(&self) -> f64 {
-        self.pieces
-            .iter()
-            .flat_map(|p| p.extremes().into_iter().map(|at| at[1]))
-            .fold(0.0, f64::max)
+        self.pieces.iter().map(|piece| piece.extent()[1][1]).fold(0.0, f64::max)
     }
 
     /// Largest radius, mm.
     pub fn radius_mm(&self) -> f64 {
-        self.pieces
-            .iter()
-            .flat_map(|p| p.extremes().into_iter().map(|at| at[0]))
-            .fold(0.0, f64::max)
+        self.pieces.iter().map(|piece| piece.extent()[1][0]).fold(0.0, f64::max)
     }
 }

@@ -144,8 +144,7 @@ fn piece(
     size: f64,
     row: usize,
 ) -> Result<Piece, OutlineError> {
-    let role = Role::Stated;
-    let straight = Piece { start, end, curve: Curve::Line, role };
+    let straight = Piece::line(start, end, Role::Stated);
     let chord = distance(start, end);
     if chord < SHORTEST * size {
         let got = format!("{chord:e} mm from the point before");
@@ -242,7 +241,7 @@ fn check_place(
 /// No two pieces meet but neighbours where they join, and those do not turn back.
 fn check_meetings(pieces: &[Piece], size: f64) -> Result<(), OutlineError> {
     let slack = SAME * size;
-    let boxes: Vec<[[f64; 2]; 2]> = pieces.iter().map(extent).collect();
+    let boxes: Vec<[[f64; 2]; 2]> = pieces.iter().map(Piece::extent).collect();
     for (i, a) in pieces.iter().enumerate() {
         for (j, b) in pieces.iter().enumerate().skip(i + 1) {
             let apart = |axis: usize| {
@@ -268,29 +267,12 @@ fn check_meetings(pieces: &[Piece], size: f64) -> Result<(), OutlineError> {
     Ok(())
 }
 
-/// Low and high corner of the box around a piece.
-fn extent(piece: &Piece) -> [[f64; 2]; 2] {
-    let mut corners = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-    for p in piece.extremes() {
-        for axis in 0..2 {
-            corners[0][axis] = corners[0][axis].min(p[axis]);
-            corners[1][axis] = corners[1][axis].max(p[axis]);
-        }
-    }
-    corners
-}
-
 /// The row whose way enters the cylinder of radius `radius_mm` from z = 0 up to `height_mm`, if
 /// there is one.
 pub fn into_cylinder(meridian: &Meridian, radius_mm: f64, height_mm: f64) -> Option<usize> {
-    let wall = |start: [f64; 2], end: [f64; 2]| Piece {
-        start,
-        end,
-        curve: Curve::Line,
-        role: Role::Stated,
-    };
     let corner = [radius_mm, height_mm];
-    let walls = [wall([0.0, height_mm], corner), wall(corner, [radius_mm, 0.0])];
+    let walls = [([0.0, height_mm], corner), (corner, [radius_mm, 0.0])];
+    let walls = walls.map(|(start, end)| Piece::line(start, end, Role::Stated));
     let inside = |p: [f64; 2]| p[0] <= radius_mm && p[1] <= height_mm;
     let enters = |piece: &Piece| {
         inside(piece.start)

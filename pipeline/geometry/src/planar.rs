@@ -4,7 +4,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use super::{Curve, Piece};
+use super::{Curve, Piece, Role};
 
 /// The circle of an arc: centre, radius, and whether its way is clockwise (r to the right, z up).
 #[derive(Debug, Clone, Copy)]
@@ -33,6 +33,11 @@ pub(super) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 impl Piece {
+    /// A straight piece.
+    pub(super) fn line(start: [f64; 2], end: [f64; 2], role: Role) -> Self {
+        Self { start, end, curve: Curve::Line, role }
+    }
+
     fn circle(&self) -> Option<Circle> {
         match self.curve {
             Curve::Line => None,
@@ -164,6 +169,14 @@ impl Piece {
             found.extend(poles.into_iter().filter(|p| self.holds(*p, 0.0)));
         }
         found
+    }
+
+    /// Low and high corner of the box around it.
+    pub(super) fn extent(&self) -> [[f64; 2]; 2] {
+        let start = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        self.extremes().into_iter().fold(start, |[low, high], p| {
+            [[0, 1].map(|k| low[k].min(p[k])), [0, 1].map(|k| high[k].max(p[k]))]
+        })
     }
 
     /// Whether a point of its line or circle lies between its ends, or within `slack` mm of them.

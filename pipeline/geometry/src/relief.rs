@@ -39,7 +39,7 @@ impl Meridian {
                 }
                 // A step on level ground has no riser.
                 if distance(corner, start) > 0.0 {
-                    pieces.push(Piece { start, end: corner, curve: Curve::Line, role });
+                    pieces.push(Piece::line(start, corner, role));
                 }
                 start = corner;
             }
@@ -112,8 +112,8 @@ impl Meridian {
         };
         // By their least radii: those that may meet stand near each other.
         let reaches = self.pieces.iter().map(|piece| {
-            let radii = piece.extremes().into_iter().map(|[r, _]| r);
-            radii.fold([f64::INFINITY, 0.0f64], |[low, high], r| [low.min(r), high.max(r)])
+            let [low, high] = piece.extent();
+            [low[0], high[0].max(0.0)]
         });
         let mut sorted: Vec<([f64; 2], usize)> = reaches.zip(0..).collect();
         sorted.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));

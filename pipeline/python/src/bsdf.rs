@@ -409,13 +409,12 @@ pub fn design_cell(
     job::run(py, None, move |_| {
         let design = simulate::scene_check::parse(&name, &text, &folder)?;
         let cell = simulate::cells::ring(&design, ring)?;
-        let polygons = cell.polygons.into_iter().map(|p| (p.index, p.points_um));
         Ok((
             cell.period_um,
             cell.depth_um,
             cell.background_index,
             cell.inner_index,
-            polygons.collect(),
+            vec![(cell.inner_index, cell.points_um)],
             1e-3 * design.wavelength_nm,
         ))
     })

@@ -38,11 +38,7 @@ pub fn outline(cell: &Cell) -> Outline {
         index_inner: cell.inner_index,
         index_outer: cell.background_index,
         background: cell.background_index,
-        polygons: cell
-            .polygons
-            .iter()
-            .map(|p| Polygon { index: p.index, points: p.points_um.clone() })
-            .collect(),
+        polygons: vec![Polygon { index: cell.inner_index, points: cell.points_um.clone() }],
     }
 }
 
@@ -57,7 +53,7 @@ pub fn by_ring(design: &Design) -> Design {
 /// Refuses relief without bands: thin layers on the dome, which rings are solved without, and what
 /// has no tables.
 pub fn has_bands(design: &Design) -> Result<()> {
-    let layers = design.films.as_ref().map_or(0, |films| films.dome.len());
+    let layers = design.films.as_ref().map_or(0, |films| films.dome.layers.len());
     ensure!(
         layers == 0,
         "dome.coating = {layers} layers: expected none; rings are solved without layers, and the models of rays on the relief (`batwing run`) alone know them"

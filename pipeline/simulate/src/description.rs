@@ -97,7 +97,7 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
         "mirror",
         match (design.files.mirror(), &design.films) {
             (Some(_), _) => "by a file".to_owned(),
-            (None, Some(films)) if films.mirrors() => {
+            (None, Some(films)) if films.mirror.substrate.is_some() => {
                 format!("thin films on metal, {} of what they reflect", m.reflector.reflectance())
             }
             (None, _) => format!("reflectance {}", reflects(m.reflector)),
@@ -297,7 +297,7 @@ fn solid(solid: &CheckedSolid) -> String {
         Per::Package => "in each package",
         Per::Array => "once",
     };
-    let kind = solid.stated.kind.name();
+    let kind = solid.stated.kind_name();
     let scatter = solid.stated.shared.scatter.as_ref();
     let scatter = scatter.map_or(String::new(), |scatter| format!(", {}", scatters(&scatter.kind)));
     if solid.is_film() {

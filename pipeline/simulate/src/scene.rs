@@ -248,7 +248,7 @@ fn mirror(design: &Design) -> Result<SurfaceModel> {
     let of_films = design
         .films
         .as_ref()
-        .map(|films| films.mirror(design.wavelength_nm, reflector.reflectance()))
+        .map(|films| films.mirror.mirror(design.wavelength_nm, reflector.reflectance()))
         .transpose()?
         .flatten();
     let of_file = design.files.mirror();
@@ -260,7 +260,7 @@ fn coat(design: &Design, prototype: &mut Prototype) -> Result<()> {
     let Some(films) = &design.films else {
         return Ok(());
     };
-    let Some(film) = films.on_dome(design.wavelength_nm)? else {
+    let Some(film) = films.dome.interface(design.wavelength_nm)? else {
         return Ok(());
     };
     let patches = prototype.surfaces.iter_mut().flat_map(|s| &mut s.patches);

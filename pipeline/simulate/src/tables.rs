@@ -136,7 +136,7 @@ impl<'a> RingProblem<'a> {
     /// The key of the table: everything that it depends on, by name.
     fn key(&self) -> Key {
         let mut fields = json!({
-            "polygons": self.cell.polygons,
+            "polygons": [{"index": self.cell.inner_index, "points_um": self.cell.points_um}],
             "depth_um": self.cell.depth_um,
             "background_index": self.cell.background_index,
             "grid": self.grid,
@@ -301,13 +301,9 @@ impl<'a> RingProblem<'a> {
 /// The solver's view of `cell` at `wavelength_um`: silicone on top, air below.
 pub fn interface(cell: &Cell, wavelength_um: f64) -> Result<Interface> {
     let real = |n: f64| Complex64::new(n, 0.0);
-    let polygons = cell
-        .polygons
-        .iter()
-        .map(|p| Polygon { index: real(p.index), points: p.points_um.clone() })
-        .collect();
+    let relief = vec![Polygon { index: real(cell.inner_index), points: cell.points_um.clone() }];
     Ok(Interface {
-        relief: Relief::new(cell.period_um, cell.depth_um, real(cell.background_index), polygons)?,
+        relief: Relief::new(cell.period_um, cell.depth_um, real(cell.background_index), relief)?,
         wavelength: wavelength_um,
         n_top: real(cell.inner_index),
         n_bottom: real(cell.background_index),

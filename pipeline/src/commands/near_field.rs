@@ -293,7 +293,7 @@ impl NearFieldOutput<'_> {
             format!("{}, n = {}", around(cell.background_index), cell.background_index),
         ];
         // The outline closes along the chord, where silicone meets silicone.
-        let surface = &cell.polygons[0].points_um;
+        let surface = &cell.points_um;
         let flow: Vec<[f64; 2]> = self.poynting.iter().map(|s| [s[0], s[2]]).collect();
         let length = |s: &[f64; 3]| s.iter().map(|c| c * c).sum::<f64>().sqrt();
         let draw =

@@ -114,26 +114,27 @@ const LEVEL_DEG: f64 = 1e-6;
 fn shapes(elements: &schema::Elements, at: &Context) -> Result<Vec<Shape>, ConfigError> {
     let mut shapes: Vec<Option<Shape>> = vec![None; elements.count];
     for (entry, schema::Shape { shared: range, kind }) in elements.shapes.iter().enumerate() {
-        let key = |name: &str| format!("elements.shapes[{}].{name}", entry + 1);
+        let table = format!("elements.shapes[{}].", entry + 1);
+        let at = &Context { file: at.file, table: &table };
         if range.from < 1 || range.from > elements.count {
             return Err(at.value(
-                &key("from"),
+                "from",
                 range.from,
                 &format!("an element from 1 to {}", elements.count),
             ));
         }
         if range.to < range.from || range.to > elements.count {
             return Err(at.value(
-                &key("to"),
+                "to",
                 range.to,
                 &format!("an element from {} to {}", range.from, elements.count),
             ));
         }
-        let resolved = one(kind, at, &key)?;
+        let resolved = one(kind, at)?;
         for element in range.from..=range.to {
             if shapes[element - 1].replace(resolved.clone()).is_some() {
                 return Err(at.value(
-                    &key("from"),
+                    "from",
                     format!("{} to {}", range.from, range.to),
                     &format!("elements that no other entry shapes; element {element} overlaps"),
                 ));
@@ -155,15 +156,11 @@ fn shapes(elements: &schema::Elements, at: &Context) -> Result<Vec<Shape>, Confi
         .collect()
 }
 
-fn one(
-    shape: &ShapeForm,
-    at: &Context,
-    key: &dyn Fn(&str) -> String,
-) -> Result<Shape, ConfigError> {
+fn one(shape: &ShapeForm, at: &Context) -> Result<Shape, ConfigError> {
     match shape {
         ShapeForm::Os1(_) => Ok(Shape::Os1),
         ShapeForm::Smooth(_) => Ok(Shape::Smooth),
-        ShapeForm::Triangle(shape) => triangle(shape, at, key),
+        ShapeForm::Triangle(shape) => triangle(shape, at),
         ShapeForm::Polyline(PolylineShape { points_chords }) => {
             let points: Vec<[f64; 2]> = points_chords.iter().map(|point| point.0).collect();
             if points.is_empty()
@@ -171,7 +168,7 @@ fn one(
                 || points.iter().any(|p| p[1] <= 0.0)
             {
                 return Err(at.value(
-                    &key("points_chords"),
+                    "points_chords",
                     format!("{points:?}"),
                     "at least one vertex, all above the chord",
                 ));
@@ -180,7 +177,7 @@ fn one(
                 points.iter().fold((0.0f64, 1.0f64), |(a, b), p| (a.min(p[0]), b.max(p[0])));
             if high - low > 2.0 {
                 return Err(at.value(
-                    &key("points_chords"),
+                    "points_chords",
                     format!("{} chords wide", high - low),
                     "at most two chords of width",
                 ));
@@ -191,11 +188,7 @@ fn one(
 }
 
 /// A triangle by two of its three angles.
-fn triangle(
-    shape: &TriangleShape,
-    at: &Context,
-    key: &dyn Fn(&str) -> String,
-) -> Result<Shape, ConfigError> {
+fn triangle(shape: &TriangleShape, at: &Context) -> Result<Shape, ConfigError> {
     let angles = [
         ("inner_base_angle_deg", shape.inner_base_angle_deg),
         ("apex_angle_deg", shape.apex_angle_deg),
@@ -206,7 +199,7 @@ fn triangle(
     let &[(_, first), (second_name, second)] = given.as_slice() else {
         let missing = angles.iter().find(|a| a.1.is_none());
         return Err(at.value(
-            &key(missing.map_or("outer_base_angle_deg", |a| a.0)),
+            missing.map_or("outer_base_angle_deg", |a| a.0),
             if missing.is_some() { "nothing" } else { "given" },
             "two of the three angles of a triangle, in degrees",
         ));
@@ -217,13 +210,13 @@ fn triangle(
         let least = if falls { -90.0 } else { 0.0 };
         if !(*angle > least && *angle < 180.0) {
             let expected = format!("an angle above {least} and below 180 degrees");
-            return Err(at.value(&key(name), angle, &expected));
+            return Err(at.value(name, angle, &expected));
         }
     }
     let third = 180.0 - first - second;
     if third <= 0.0 {
         let expected = format!("less than {} beside the other angle of {first}", 180.0 - first);
-        return Err(at.value(&key(second_name), second, &expected));
+        return Err(at.value(second_name, second, &expected));
     }
     Ok(Shape::Triangle {
         inner_base_deg: shape.inner_base_angle_deg.unwrap_or(third),

@@ -12,7 +12,7 @@ use crate::resolved::Design;
 use crate::resolved::solids::CheckedSolid;
 use crate::schema::Carrying;
 use crate::schema::film_stack::Film;
-use crate::schema::solids::{Contacts, Flat, Per, Solid, SolidForm, SolidKeys, SolidScatter};
+use crate::schema::solids::{Flat, Per, Solid, SolidForm, SolidKeys, SolidScatter};
 use crate::serde_arrays::List;
 
 /// Air between films, mm.
@@ -29,26 +29,22 @@ pub(crate) fn resolve(
     let mut below_mm = None;
     for (number, film) in raw.iter().enumerate() {
         let table = format!("films[{}]", number + 1);
-        let key = |name: &str| format!("{table}.{name}");
-        let thickness_mm = at.length(&key("thickness_mm"), film.thickness_mm)?;
-        let low_mm = lower_face_mm(film, below_mm, &key, at)?;
+        let is_polarised = design.polarization == Carrying::Carried;
+        let read = SolidTable { name: &table, folder, is_polarised, at };
+        let thickness_mm = read.length("thickness_mm", film.thickness_mm)?;
+        let low_mm = lower_face_mm(film, below_mm, &read)?;
         below_mm = Some(low_mm + thickness_mm);
-        let [x, y] = lengths_mm(film, design, &key, at)?;
+        let [x, y] = lengths_mm(film, design, &read)?;
         let stated = Solid {
             shared: SolidKeys {
                 name: film.name.clone(),
                 per: Per::Array,
                 position_mm: List([0.0, 0.0, low_mm + 0.5 * thickness_mm]),
-                optical_contact: Contacts::default(),
                 medium: Some(film.medium.clone()),
-                coating: Vec::new(),
-                scatter: None,
-                surface: None,
+                ..SolidKeys::default()
             },
             kind: SolidForm::Box(Flat { size_mm: List([x, y, thickness_mm]), rotation_deg: None }),
         };
-        let is_polarised = design.polarization == Carrying::Carried;
-        let read = SolidTable { name: &table, folder, is_polarised, at };
         let known = design.solids.iter().chain(&films).map(CheckedSolid::name);
         read.check_name(&film.name, known)?;
         let faces = [film.top.as_ref(), film.bottom.as_ref()].map(Option::<&SolidScatter>::cloned);
@@ -61,37 +57,31 @@ pub(crate) fn resolve(
 fn lower_face_mm(
     film: &Film,
     below_mm: Option<f64>,
-    key: &impl Fn(&str) -> String,
-    at: &Context,
+    read: &SolidTable,
 ) -> Result<f64, ConfigError> {
     match (film.z_mm, film.gap_mm, below_mm) {
         (Some(z_mm), None, Some(top_mm)) if z_mm <= top_mm => {
             let expected = format!("above {top_mm} mm, where the film below ends");
-            Err(at.value(&key("z_mm"), z_mm, &expected))
+            Err(read.at.value(&read.key("z_mm"), z_mm, &expected))
         }
-        (Some(z_mm), None, _) => at.length(&key("z_mm"), z_mm),
+        (Some(z_mm), None, _) => read.length("z_mm", z_mm),
         (None, gap_mm, Some(top_mm)) => {
-            Ok(top_mm + at.length(&key("gap_mm"), gap_mm.unwrap_or(GAP_MM))?)
+            Ok(top_mm + read.length("gap_mm", gap_mm.unwrap_or(GAP_MM))?)
         }
         (Some(_), Some(_), _) => {
-            Err(at.value(&key("gap_mm"), "given", "no such key beside `z_mm`"))
+            Err(read.at.value(&read.key("gap_mm"), "given", "no such key beside `z_mm`"))
         }
         (None, _, None) => {
-            Err(at.value(&key("z_mm"), "missing", "the height of the lowest film, mm"))
+            Err(read.at.value(&read.key("z_mm"), "missing", "the height of the lowest film, mm"))
         }
     }
 }
 
 /// Lengths of a film along x and y.
-fn lengths_mm(
-    film: &Film,
-    design: &Design,
-    key: &impl Fn(&str) -> String,
-    at: &Context,
-) -> Result<[f64; 2], ConfigError> {
+fn lengths_mm(film: &Film, design: &Design, read: &SolidTable) -> Result<[f64; 2], ConfigError> {
     if let Some(List(stated)) = film.size_mm {
         for length in stated {
-            at.length(&key("size_mm"), length)?;
+            read.length("size_mm", length)?;
         }
         return Ok(stated);
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use crate::check::Context;
 use crate::error::ConfigError;
-use crate::resolved::films::{FilmStacks, Films, GivenIndex, IndexSource, Stack, films};
+use crate::resolved::films::{FilmStacks, Films, GivenIndex, IndexSource, Stack};
 use crate::schema::films::{Index, Layer};
 use crate::schema::reflectors::{Law, Metal};
 use crate::serde_arrays::List;
@@ -33,7 +33,7 @@ pub(crate) fn resolve(
         return Ok(None);
     }
     let stated = FilmStacks { dome: Stack::new("dome", dome, folder, at)?, mirror: metal };
-    films(Arc::new(stated), wavelength_nm, at).map(Some)
+    Films::new(&Arc::new(stated), wavelength_nm, at).map(Some)
 }
 
 impl Stack {

@@ -97,7 +97,7 @@ impl SolidTable<'_> {
         self.at.value(&self.key(name), "a bad value", &expected)
     }
 
-    fn length(&self, name: &str, value: f64) -> Result<f64, ConfigError> {
+    pub(super) fn length(&self, name: &str, value: f64) -> Result<f64, ConfigError> {
         self.at.length(&self.key(name), value)
     }
 

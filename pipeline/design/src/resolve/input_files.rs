@@ -10,7 +10,6 @@ use anyhow::{Context, Result};
 
 use files::provenance::FileRecord;
 
-use crate::schema::film_stack::Film;
 use crate::schema::films::Layer;
 use crate::schema::reflectors::{Law, Metal};
 use crate::schema::solids::{ScatterLaw, Solid, SolidForm, SolidScatter, SurfaceLaw};
@@ -21,32 +20,8 @@ use crate::schema::{self, DomeForm, Silicone, Spectrum, SpectrumForm};
 /// # Errors
 /// A file that cannot be read.
 pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
-    let dome = raw.dome.as_ref();
-    let form = match dome.map(|dome| &dome.kind) {
-        Some(DomeForm::Mesh(dome)) => Some(dome.mesh.clone()),
-        Some(DomeForm::MeridianFile(dome)) => Some(dome.meridian_file.clone()),
-        _ => None,
-    };
-    let metal = match &raw.mirror.kind {
-        Law::Specular(metal) => of_metal(metal),
-        _ => Vec::new(),
-    };
-    let sources = || raw.sources.iter();
-    let spectra = sources().map(|s| s.shared.spectrum.as_ref().and_then(of_spectrum));
-    let named = [
-        vec![form],
-        dome.map_or_else(Vec::new, |d| of_layers(&d.shared.coating)),
-        raw.silicone.as_ref().map_or_else(Vec::new, of_medium),
-        metal,
-        vec![raw.array.positions_file.clone()],
-        vec![raw.light.spectrum.as_ref().and_then(of_spectrum)],
-        sources().map(|s| s.kind.file().map(str::to_owned)).collect(),
-        spectra.collect(),
-        of_solids(&raw.solids),
-        of_films(&raw.films),
-    ];
     let mut inputs: Vec<FileRecord> = Vec::new();
-    for name in named.into_iter().flatten().flatten() {
+    for name in Names::of_design(raw).0 {
         let path = folder.join(name);
         let file = path.display().to_string();
         if inputs.iter().any(|known| known.file == file) {
@@ -58,69 +33,79 @@ pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
     Ok(inputs)
 }
 
-/// Names of the files that solids name, in the order of the tables.
-fn of_solids(raw: &[Solid]) -> Vec<Option<String>> {
-    let mut names = Vec::new();
-    for solid in raw {
-        names.push(match &solid.kind {
-            SolidForm::Meridian(meridian) => meridian.meridian_file.clone(),
-            SolidForm::Mesh(mesh) => Some(mesh.mesh.clone()),
-            _ => None,
-        });
-        let keys = &solid.shared;
-        names.extend(keys.medium.iter().flat_map(of_medium));
-        names.extend(of_layers(&keys.coating));
-        names.extend(of_scattering(keys.scatter.as_ref()));
+/// Names of files, in the order of the tables.
+#[derive(Default)]
+struct Names<'a>(Vec<&'a String>);
+
+impl<'a> Names<'a> {
+    fn of_design(raw: &'a schema::Design) -> Self {
+        let mut names = Self::default();
+        if let Some(dome) = &raw.dome {
+            match &dome.kind {
+                DomeForm::Mesh(dome) => names.0.push(&dome.mesh),
+                DomeForm::MeridianFile(dome) => names.0.push(&dome.meridian_file),
+                DomeForm::Sphere(_) | DomeForm::Meridian(_) => {}
+            }
+            names.layers(&dome.shared.coating);
+        }
+        raw.silicone.iter().for_each(|medium| names.medium(medium));
+        if let Law::Specular(metal) = &raw.mirror.kind {
+            names.metal(metal);
+        }
+        names.0.extend(&raw.array.positions_file);
+        raw.light.spectrum.iter().for_each(|spectrum| names.spectrum(spectrum));
+        names.0.extend(raw.sources.iter().filter_map(|source| source.kind.file()));
+        let spectra = raw.sources.iter().filter_map(|source| source.shared.spectrum.as_ref());
+        spectra.for_each(|spectrum| names.spectrum(spectrum));
+        raw.solids.iter().for_each(|solid| names.solid(solid));
+        for film in &raw.films {
+            names.medium(&film.medium);
+            film.top.iter().chain(&film.bottom).for_each(|face| names.scattering(face));
+        }
+        names
+    }
+
+    fn solid(&mut self, raw: &'a Solid) {
+        match &raw.kind {
+            SolidForm::Meridian(meridian) => self.0.extend(&meridian.meridian_file),
+            SolidForm::Mesh(mesh) => self.0.push(&mesh.mesh),
+            _ => {}
+        }
+        let keys = &raw.shared;
+        keys.medium.iter().for_each(|medium| self.medium(medium));
+        self.layers(&keys.coating);
+        keys.scatter.iter().for_each(|scatter| self.scattering(scatter));
         match keys.surface.as_ref().map(|surface| &surface.kind) {
-            Some(SurfaceLaw::File(reflector)) => names.push(Some(reflector.file.clone())),
-            Some(SurfaceLaw::Specular(metal)) => names.extend(of_metal(metal)),
+            Some(SurfaceLaw::File(reflector)) => self.0.push(&reflector.file),
+            Some(SurfaceLaw::Specular(metal)) => self.metal(metal),
             _ => {}
         }
     }
-    names
-}
 
-/// Names of the files that films name, likewise.
-fn of_films(raw: &[Film]) -> Vec<Option<String>> {
-    let of_one = |film: &Film| {
-        [
-            of_medium(&film.medium),
-            of_scattering(film.top.as_ref()),
-            of_scattering(film.bottom.as_ref()),
-        ]
-        .concat()
-    };
-    raw.iter().flat_map(of_one).collect()
-}
+    fn medium(&mut self, raw: &'a Silicone) {
+        self.0.extend(&raw.material_file);
+        self.0.extend(raw.luminophores.iter().flat_map(|of| &of.emission.file));
+    }
 
-/// Names of the files that a medium names.
-fn of_medium(raw: &Silicone) -> Vec<Option<String>> {
-    let emissions = raw.luminophores.iter().map(|of| of.emission.file.clone());
-    std::iter::once(raw.material_file.clone()).chain(emissions).collect()
-}
+    fn scattering(&mut self, raw: &'a SolidScatter) {
+        if let ScatterLaw::File(files) = &raw.kind {
+            self.0.extend(files.file.iter().chain(&files.inner).chain(&files.outer));
+        }
+    }
 
-fn of_scattering(scatter: Option<&SolidScatter>) -> Vec<Option<String>> {
-    let Some(ScatterLaw::File(files)) = scatter.map(|scatter| &scatter.kind) else {
-        return Vec::new();
-    };
-    let sides = files.inner.iter().chain(&files.outer).cloned();
-    [files.file.clone()].into_iter().chain(sides.map(Some)).collect()
-}
+    /// The metal of a reflector and the layers on it.
+    fn metal(&mut self, raw: &'a Metal) {
+        self.0.extend(raw.substrate.iter().flat_map(|substrate| &substrate.material_file));
+        self.layers(&raw.coating);
+    }
 
-/// Names of the files that the metal of a reflector and the layers on it name.
-fn of_metal(metal: &Metal) -> Vec<Option<String>> {
-    let substrate = metal.substrate.as_ref();
-    let substrate = substrate.and_then(|s| s.material_file.clone());
-    [vec![substrate], of_layers(&metal.coating)].concat()
-}
+    fn layers(&mut self, layers: &'a [Layer]) {
+        self.0.extend(layers.iter().flat_map(|layer| &layer.material_file));
+    }
 
-fn of_layers(layers: &[Layer]) -> Vec<Option<String>> {
-    layers.iter().map(|l| l.material_file.clone()).collect()
-}
-
-fn of_spectrum(spectrum: &Spectrum) -> Option<String> {
-    match &spectrum.kind {
-        SpectrumForm::WhiteLed(_) => None,
-        SpectrumForm::Table(rows) | SpectrumForm::Lines(rows) => rows.file.clone(),
+    fn spectrum(&mut self, raw: &'a Spectrum) {
+        if let SpectrumForm::Table(rows) | SpectrumForm::Lines(rows) = &raw.kind {
+            self.0.extend(&rows.file);
+        }
     }
 }

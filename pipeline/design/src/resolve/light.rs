@@ -10,13 +10,13 @@ use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::Design;
 use crate::schema;
-use crate::schema::light::{SpectrumForm, SpectrumRows};
+use crate::schema::light::{SpectrumForm, SpectrumKeys, SpectrumRows};
 use crate::spectrum::{
     Sampling, SpectralPower, Spectrum, SpectrumError, WAVELENGTHS_NM, Weighting,
 };
 
 /// Change from one number of wavelengths to the next where the design says nothing: half a point.
-pub(crate) const USUAL_TOLERANCE: f64 = 5e-3;
+const USUAL_TOLERANCE: f64 = 5e-3;
 
 /// The light of a design.
 pub(crate) struct ResolvedLight {
@@ -111,19 +111,12 @@ pub(crate) fn resolve_spectrum(
     folder: &Path,
     at: &Context,
 ) -> Result<Spectrum, ConfigError> {
-    let named = |key: &str| format!("{table}.{key}");
     let file = match &raw.kind {
         SpectrumForm::WhiteLed(_) => None,
         SpectrumForm::Table(rows) | SpectrumForm::Lines(rows) => rows.file.as_ref(),
     };
     let source = match &raw.kind {
-        SpectrumForm::WhiteLed(led) => SpectralPower::WhiteLed {
-            blue_nm: led.blue_nm,
-            blue_fwhm_nm: led.blue_fwhm_nm,
-            phosphor_nm: led.phosphor_nm,
-            phosphor_fwhm_nm: led.phosphor_fwhm_nm,
-            blue_part: led.blue_part,
-        },
+        SpectrumForm::WhiteLed(led) => SpectralPower::WhiteLed(led.clone()),
         SpectrumForm::Table(stated) => {
             let [wavelength_nm, power] = rows(stated, table, folder, at)?;
             SpectralPower::Table { wavelength_nm, power }
@@ -133,17 +126,29 @@ pub(crate) fn resolve_spectrum(
             SpectralPower::Lines { wavelength_nm, power }
         }
     };
-    let sampling = match (raw.shared.tolerance, raw.shared.samples) {
-        (Some(_), Some(_)) => {
-            return Err(at.value(&named("samples"), "beside `tolerance`", "one of the two"));
-        }
-        (Some(tolerance), None) => Some(Sampling::Tolerance(tolerance)),
-        (None, Some(samples)) => Some(Sampling::Samples(samples)),
-        (None, None) if matches!(raw.kind, SpectrumForm::Lines(_)) => None,
-        (None, None) => Some(Sampling::Tolerance(USUAL_TOLERANCE)),
-    };
+    let SpectrumKeys { tolerance, samples, .. } = raw.shared;
+    let sampling = sampling(tolerance, samples, &format!("{table}."), at)?;
+    // Lines are all computed.
+    let is_stated = tolerance.is_some() || samples.is_some();
+    let is_sampled = is_stated || !matches!(raw.kind, SpectrumForm::Lines(_));
     let refuse = |error: SpectrumError| of_rows(error, (table, file), at);
-    Spectrum::new(source, weighting, sampling).map_err(refuse)
+    Spectrum::new(source, weighting, is_sampled.then_some(sampling)).map_err(refuse)
+}
+
+/// Sampling by one of these keys, or the usual one.
+pub(super) fn sampling(
+    tolerance: Option<f64>,
+    samples: Option<usize>,
+    table: &str,
+    at: &Context,
+) -> Result<Sampling, ConfigError> {
+    match (tolerance, samples) {
+        (Some(_), Some(_)) => {
+            Err(at.value(&format!("{table}samples"), "beside `tolerance`", "one of the two"))
+        }
+        (None, Some(samples)) => Ok(Sampling::Samples(samples)),
+        (tolerance, None) => Ok(Sampling::Tolerance(tolerance.unwrap_or(USUAL_TOLERANCE))),
+    }
 }
 
 /// Complaint about a key of the table `table`, or about `file`, if its rows come from one.

@@ -51,28 +51,20 @@ const MAX_BINS: f64 = 1e6;
 /// Most bins across a spot: nine points at all phases of the pitch are 1296 spots.
 const MAX_SPOT_BINS: f64 = 100.0;
 
-/// The text of a design file.
-pub(crate) struct DesignText<'a> {
-    /// Name in messages.
-    pub(crate) file: &'a str,
-    /// The text itself.
-    pub(crate) text: &'a str,
-    /// Folder of the files that it names.
-    pub(crate) folder: &'a Path,
-}
-
 /// Usual step of the wavelengths of a trace in which light is converted, nm.
 const STEP_NM: f64 = 5.0;
 
 impl Design {
-    /// Checks `raw`, read from a text. Bands that cannot be made are refused where the design asks
-    /// for them, and left out where it does not.
+    /// Checks `raw`, read from the text of a file; the files that it names lie in `folder`. Bands
+    /// that cannot be made are refused where the design asks for them, and left out where it does
+    /// not.
     pub(crate) fn resolve(
         raw: &schema::Design,
-        &DesignText { file, text, folder }: &DesignText<'_>,
+        (file, text): (&str, &str),
+        folder: &Path,
         asks_for_bands: bool,
     ) -> Result<Self, ConfigError> {
-        let at = Context { file };
+        let at = Context::new(file);
         at.file_name("name", &raw.name)?;
         let light = light::resolve(raw, folder, &at)?;
         let wavelength_nm = light.wavelength_nm;
@@ -98,6 +90,7 @@ impl Design {
         let whole = light.whole(&at)?;
         let lights =
             source_spectra::lights(&raw.trace, &sources, source_file.as_ref(), &whole, &at)?;
+        let step_nm = raw.light.step_nm.unwrap_or(STEP_NM);
         let emitted = emitted_flux::resolve(&raw.led.shared, lights.as_ref(), &whole, &at)?;
         let mut design = Self {
             name: raw.name.clone(),
@@ -133,7 +126,7 @@ impl Design {
             trace: raw.trace.clone(),
             files: Files::default(),
             films: films::resolve(raw, wavelength_nm, folder, &at)?,
-            step_nm: step_nm(&raw.light, &at)?,
+            step_nm: at.within("light.step_nm", step_nm, 0.5, 50.0)?,
             polarization: raw.light.polarization,
         };
         let max_films = MAX_SOLIDS - design.solids.len();
@@ -144,8 +137,7 @@ impl Design {
         let films = film_stack::resolve(&raw.films, &design, folder, &at)?;
         design.solids.extend(films);
         design.check_observation(&at)?;
-        let scale = receivers::Scale::of(&design, source_file.as_ref());
-        design.receivers = receivers::resolve(&raw.receivers, &scale, &at)?;
+        design.receivers = receivers::resolve(&raw.receivers, &design, source_file.as_ref(), &at)?;
         design.check_relief(&at)?;
         luminescence::check(&design, raw, &at)?;
         light::check_ends(&design, raw, Self::check_relief, &at)?;
@@ -273,10 +265,6 @@ impl Design {
         if let Some(stairs) = h.stairs_um {
             at.within("hybrid.stairs_um", stairs, 1e-3, 1e3)?;
         }
-        self.check_trace(at)
-    }
-
-    fn check_trace(&self, at: &Context) -> Result<(), ConfigError> {
         let t = &self.trace;
         if !PATHS.contains(&t.paths) {
             let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());
@@ -304,8 +292,7 @@ impl Design {
         above(match dome {
             Dome::Mesh(mesh) => mesh.height_mm,
             Dome::Sphere(_) | Dome::Meridian(_) => meridian.top_mm(),
-        })?;
-        Ok(())
+        })
     }
 
     /// True if the bands of relief can have tables.
@@ -315,9 +302,4 @@ impl Design {
             _ => Ok(()),
         }
     }
-}
-
-/// Step of the wavelengths of a trace in which light is converted, nm.
-fn step_nm(light: &schema::Light, at: &Context) -> Result<f64, ConfigError> {
-    at.within("light.step_nm", light.step_nm.unwrap_or(STEP_NM), 0.5, 50.0)
 }

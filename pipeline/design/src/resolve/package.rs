@@ -56,24 +56,10 @@ pub(crate) fn inside(
             "a table with `index` or `material_file` for the dome",
         )),
         (false, Some(_)) => Err(at.value("silicone", "given", "no such table without [dome]")),
-        (false, None) => Ok(Medium {
-            index: 1.0,
-            absorption_per_mm: 0.0,
-            scattering: None,
-            luminophores: Vec::new(),
-            stated: Arc::new(StatedMedium {
-                table: "silicone".to_owned(),
-                index: 1.0,
-                absorption_per_mm: Spectral {
-                    key: "silicone.absorption_per_mm".to_owned(),
-                    value: ByWavelength::default(),
-                },
-                scattering: None,
-                luminophores: Vec::new(),
-                spectral: None,
-                material: None,
-            }),
-        }),
+        (false, None) => {
+            let air = schema::Silicone { index: Some(1.0), ..schema::Silicone::default() };
+            medium("air", &air, wavelength_nm, folder, at)
+        }
     }
 }
 

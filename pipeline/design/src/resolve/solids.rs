@@ -8,6 +8,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use bsdf::{DiffuseLaw, DiffuseLobe, GaussianLobe};
+use tracer::SurfaceModel;
 
 use files::formats::scattering::{self, Scattering};
 use files::provenance::FileRecord;
@@ -20,9 +21,7 @@ use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::films::Stack;
 use crate::resolved::form::Form;
-use crate::resolved::solids::{
-    BOX_FACES, CheckedSolid, CheckedSurface, FileReflector, MAX_SOLIDS, SolidOptics,
-};
+use crate::resolved::solids::{BOX_FACES, CheckedSolid, CheckedSurface, MAX_SOLIDS, SolidOptics};
 use crate::schema::reflectors::Law;
 use crate::schema::solids::{
     Contacts, GaussianShares, ReflectorFile, ScatterLaw, Solid, SolidScatter,
@@ -169,7 +168,7 @@ pub(super) fn resolve_one(
     let key = |name: &str| read.key(name);
     let mut files = Vec::new();
     let form = form::resolve(solid, read, &mut files)?;
-    substance(solid, &key, at)?;
+    substance(solid, read)?;
     if solid.shared.optical_contact.names(Contacts::BOTTOM) && form.footprint().is_none() {
         return Err(no_foot(&form, &key("optical_contact"), at));
     }
@@ -183,7 +182,7 @@ pub(super) fn resolve_one(
             ScatterLaw::Prisms(_) | ScatterLaw::Grooves(_) | ScatterLaw::Polariser(_) => {
                 let expected = "file, lambertian or gaussian: prisms, grooves and polarisers are \
                                 of a face of [[films]]";
-                return Err(at.value(&key("scatter.kind"), scatter.kind.name(), expected));
+                return Err(at.value(&key("scatter.kind"), scatter.kind_name(), expected));
             }
             law => read.scattering(law, &key("scatter"), &mut files)?,
         },
@@ -195,7 +194,7 @@ pub(super) fn resolve_one(
                     .and_then(|content| scattering::reflector(&content, file, *between))
                     .map_err(|error| at.of_files(&error.context(key("surface.file"))))?;
                 turns = isotropic;
-                SolidOptics::File(FileReflector(table))
+                SolidOptics::File(SurfaceModel::Coating(table))
             }
             Ok(law) => {
                 if let Law::Specular(metal) = &law {
@@ -286,12 +285,9 @@ fn diffusing(
 
 /// What a solid is of, and what a sheet does: one of the tables that say it, and none that says the
 /// opposite.
-fn substance(
-    solid: &Solid,
-    key: &impl Fn(&str) -> String,
-    at: &Context,
-) -> Result<(), ConfigError> {
-    let refuse = |name: &str, got: &str, expected: &str| Err(at.value(&key(name), got, expected));
+fn substance(solid: &Solid, read: &SolidTable) -> Result<(), ConfigError> {
+    let refuse =
+        |name: &str, got: &str, expected: &str| Err(read.at.value(&read.key(name), got, expected));
     let keys = &solid.shared;
     let coated = !keys.coating.is_empty();
     if !keys.optical_contact.is_empty() && keys.medium.is_none() {

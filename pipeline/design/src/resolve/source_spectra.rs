@@ -32,50 +32,28 @@ use crate::spectrum::{self, Sampling, Spectrum, WAVELENGTHS_NM, Weighting};
 /// The name of what emits where there are no `[[sources]]`.
 const LED: &str = "LED";
 
-/// A file that emits, as it is stated.
-struct StatedFile<'a> {
-    name: &'a str,
-    light: Option<LightOf>,
-    sampling: FileSampling,
-}
-
-/// Sampling of the wavelengths of a file, as stated.
-pub(crate) struct FileSampling {
-    tolerance: Option<f64>,
-    samples: Option<usize>,
-}
-
-impl FileSampling {
-    /// The first key that is given, and its value.
-    fn given(&self) -> Option<(&'static str, String)> {
-        let tolerance = self.tolerance.map(|value| ("tolerance", value.to_string()));
-        tolerance.or(self.samples.map(|value| ("samples", value.to_string())))
-    }
-}
-
 /// Context of messages, and the weighting of all lights.
-pub(crate) struct Scope<'a, K> {
-    pub(crate) key: &'a K,
+pub(crate) struct Scope<'a> {
     pub(crate) at: &'a Context<'a>,
     pub(crate) weighting: Weighting,
 }
 
-impl<K: Fn(&str) -> String> Scope<'_, K> {
+impl Scope<'_> {
     fn refuse<T>(
         &self,
         key: &str,
         got: impl std::fmt::Display,
         expected: &str,
     ) -> Result<T, ConfigError> {
-        Err(self.at.value(&(self.key)(key), got, expected))
+        Err(self.at.value(key, got, expected))
     }
 
-    /// The light that a source states, one by a file with `sampling`; `None` where it is left to
-    /// the file or the design.
+    /// The light that a source states, one by a `file`; `None` where it is left to the file or the
+    /// design.
     pub(crate) fn stated(
         &self,
         keys: &SourceKeys,
-        sampling: Option<&FileSampling>,
+        file: Option<&FileSource>,
         folder: &Path,
     ) -> Result<Option<EmitterLight>, ConfigError> {
         let given = [keys.light.is_some(), keys.wavelength_nm.is_some(), keys.spectrum.is_some()];
@@ -84,14 +62,14 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
             return self.refuse("light", "several lights", expected);
         }
         let own = given[1] || given[2] || keys.light == Some(LightOf::Design);
-        if let Some((name, got)) = sampling.filter(|_| own).and_then(FileSampling::given) {
+        if let Some((name, got)) = file.filter(|_| own).and_then(sampling_key) {
             return self.refuse(name, got, "no such key but with the light of a file");
         }
         if let Some(wavelength_nm) = keys.wavelength_nm {
-            let key = (self.key)("wavelength_nm");
+            let key = "wavelength_nm";
             let [low, high] = WAVELENGTHS_NM;
-            self.at.within(&key, wavelength_nm, low, high)?;
-            let line = light::line(wavelength_nm, self.weighting, &key, self.at)?;
+            self.at.within(key, wavelength_nm, low, high)?;
+            let line = light::line(wavelength_nm, self.weighting, key, self.at)?;
             return Ok(Some(EmitterLight::from_colour(Colour::Spectrum(line))));
         }
         if let Some(spectrum) = &keys.spectrum {
@@ -100,14 +78,13 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
                 let expected = "that of [light]: all sources are weighted alike";
                 return self.refuse("spectrum.weighting", "another", expected);
             }
-            let table = (self.key)("spectrum");
-            let of = (&table[..], self.weighting);
+            let of = ("spectrum", self.weighting);
             let spectrum = light::resolve_spectrum(spectrum, of, folder, self.at)?;
             return Ok(Some(EmitterLight::from_colour(Colour::Spectrum(spectrum))));
         }
         match keys.light {
             Some(LightOf::Design) => Ok(Some(EmitterLight::Design)),
-            Some(LightOf::File) if sampling.is_none() => {
+            Some(LightOf::File) if file.is_none() => {
                 self.refuse("light", "\"file\"", "\"design\" for this kind")
             }
             Some(LightOf::File) | None => Ok(None),
@@ -125,14 +102,15 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         let unusable = |error: anyhow::Error| {
             let expected = format!("a far field or a file of rays: {error:#}");
             let got = format!("{:?}", raw.file);
-            self.at.value(&(self.key)("file"), got, &expected)
+            self.at.value("file", got, &expected)
         };
-        let source = StatedFile {
-            name: &raw.file,
+        let source = FileSource {
+            file: raw.file.clone(),
             light: keys.light,
-            sampling: FileSampling { tolerance: raw.tolerance, samples: raw.samples },
+            tolerance: raw.tolerance,
+            samples: raw.samples,
         };
-        let stated = self.stated(keys, Some(&source.sampling), folder)?;
+        let stated = self.stated(keys, Some(&source), folder)?;
         match content::read(&path).map_err(unusable)? {
             Content::FarField(far) => {
                 let table = (far.distribution)().map_err(|e| unusable(e.into()))?;
@@ -155,22 +133,17 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
         raw: &FileSource,
         folder: &Path,
     ) -> Result<SourceFile, ConfigError> {
-        let source = StatedFile {
-            name: &raw.file,
-            light: raw.light,
-            sampling: FileSampling { tolerance: raw.tolerance, samples: raw.samples },
-        };
         let own = raw.light == Some(LightOf::Design);
-        if let Some((name, got)) = source.sampling.given().filter(|_| own) {
+        if let Some((name, got)) = sampling_key(raw).filter(|_| own) {
             return self.refuse(name, got, "no such key but with the light of a file");
         }
         let stated = own.then_some(EmitterLight::Design);
         let read = files::upward(&raw.file, folder);
-        let (used, upward) =
-            read.map_err(|error| self.at.of_files(&error.context((self.key)("file"))))?;
+        let (used, upward) = read
+            .map_err(|error| self.at.of_files(&error.context(format!("{}file", self.at.table))))?;
         let parts = match upward {
-            Upward::Table(table) => self.far(&source, stated, table)?,
-            Upward::Rays(lit) => self.rays(&source, stated, lit)?,
+            Upward::Table(table) => self.far(raw, stated, table)?,
+            Upward::Rays(lit) => self.rays(raw, stated, lit)?,
         };
         Ok(SourceFile { used, parts })
     }
@@ -178,13 +151,13 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
     /// A far field, which states no wavelengths.
     fn far(
         &self,
-        source: &StatedFile,
+        source: &FileSource,
         stated: Option<EmitterLight>,
         table: Distribution,
     ) -> Result<Vec<Part>, ConfigError> {
-        if source.light == Some(LightOf::File) || source.sampling.given().is_some() {
+        if source.light == Some(LightOf::File) || sampling_key(source).is_some() {
             let expected = "a file of rays, which far fields are not, for light = \"file\"";
-            return self.refuse("file", format!("{:?}", source.name), expected);
+            return self.refuse("file", format!("{:?}", source.file), expected);
         }
         Ok(vec![Part {
             emission: Emission::Table(Arc::new(table)),
@@ -196,29 +169,29 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
     /// Rays in the light that is stated, or in that of their file.
     fn rays(
         &self,
-        source: &StatedFile,
+        source: &FileSource,
         stated: Option<EmitterLight>,
         lit: RayLight,
     ) -> Result<Vec<Part>, ConfigError> {
         match stated {
             Some(own) => Ok(vec![one(lit.rays, own).map_err(|error| {
                 let expected = format!("a far field or a file of rays: {error}");
-                let got = format!("{:?}", source.name);
-                self.at.value(&(self.key)("file"), got, &expected)
+                let got = format!("{:?}", source.file);
+                self.at.value("file", got, &expected)
             })?]),
             None => self.of_rays(source, lit),
         }
     }
 
     /// Rays in the light that their file states.
-    fn of_rays(&self, source: &StatedFile, lit: RayLight) -> Result<Vec<Part>, ConfigError> {
-        let name = source.name;
+    fn of_rays(&self, source: &FileSource, lit: RayLight) -> Result<Vec<Part>, ConfigError> {
+        let name = &source.file;
         let unusable = |expected: String| {
             let expected = format!("{expected}; light = \"design\" passes the file's over");
-            self.at.value(&(self.key)("file"), format!("{name:?}"), &expected)
+            self.at.value("file", format!("{name:?}"), &expected)
         };
         let of_tracer = |error: tracer::Error| unusable(error.to_string());
-        let sampling = self.sampling(&source.sampling)?;
+        let sampling = self.sampling(source)?;
         let whole = |rays, own| Ok(vec![one(rays, own).map_err(of_tracer)?]);
         match lit.stated {
             StatedWavelengths::Nothing if source.light == Some(LightOf::File) => {
@@ -262,17 +235,10 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
     }
 
     /// Sampling of the light of a file.
-    fn sampling(&self, stated: &FileSampling) -> Result<Sampling, ConfigError> {
-        let sampling = match (stated.tolerance, stated.samples) {
-            (Some(_), Some(_)) => {
-                return self.refuse("samples", "beside `tolerance`", "one of the two");
-            }
-            (Some(tolerance), None) => Sampling::Tolerance(tolerance),
-            (None, Some(samples)) => Sampling::Samples(samples),
-            (None, None) => Sampling::Tolerance(light::USUAL_TOLERANCE),
-        };
+    fn sampling(&self, source: &FileSource) -> Result<Sampling, ConfigError> {
+        let sampling = light::sampling(source.tolerance, source.samples, "", self.at)?;
         spectrum::check_sampling(sampling)
-            .map_err(|error| self.at.value(&(self.key)(error.key), error.got, &error.expected))?;
+            .map_err(|error| self.at.value(error.key, error.got, &error.expected))?;
         Ok(sampling)
     }
 
@@ -351,6 +317,12 @@ impl<K: Fn(&str) -> String> Scope<'_, K> {
             ))
         })
     }
+}
+
+/// The first key of the sampling of a file that is given, and its value.
+fn sampling_key(source: &FileSource) -> Option<(&'static str, String)> {
+    let tolerance = source.tolerance.map(|value| ("tolerance", value.to_string()));
+    tolerance.or(source.samples.map(|value| ("samples", value.to_string())))
 }
 
 /// Refuses a wavelength that is none, of some rays.

@@ -38,23 +38,25 @@ pub(crate) fn resolve(
     }
     let mut checked: Vec<CheckedSource> = Vec::new();
     for (number, source) in raw.sources.iter().enumerate() {
-        let key = |name: &str| format!("sources[{}].{name}", number + 1);
+        let table = format!("sources[{}].", number + 1);
+        let at = &Context { file: at.file, table: &table };
         let SourceKeys { name, power, .. } = &source.shared;
         if name.is_empty() || checked.iter().any(|c| c.name() == name) {
             let expected = "a name, and none twice";
-            return Err(at.value(&key("name"), format!("{name:?}"), expected));
+            return Err(at.value("name", format!("{name:?}"), expected));
         }
-        at.within(&key("power"), *power, 1e-12, 1e12)?;
-        let region = surroundings(source, domed, solids, &key, at)?;
-        let scope = Scope { key: &key, at, weighting };
+        at.within("power", *power, 1e-12, 1e12)?;
+        let region = surroundings(source, domed, solids, at)?;
+        let scope = Scope { at, weighting };
         let (emitters, symmetry) = emitters(source, led, region, folder, &scope)?;
-        let file_sha256 = match source.kind.file() {
-            Some(name) => Some(hash(&folder.join(name)).map_err(|e| {
+        let sha256 = |name: &String| {
+            let bytes = std::fs::read(folder.join(name));
+            bytes.map(|bytes| sha256_hex(&bytes)).map_err(|e| {
                 let expected = format!("a file that can be read: {e}");
-                at.value(&key("file"), format!("{name:?}"), &expected)
-            })?),
-            None => None,
+                at.value("file", format!("{name:?}"), &expected)
+            })
         };
+        let file_sha256 = source.kind.file().map(sha256).transpose()?;
         checked.push(CheckedSource { stated: source.clone(), file_sha256, emitters, symmetry });
     }
     Ok(checked)
@@ -67,14 +69,10 @@ pub(crate) fn of_files(
     folder: &Path,
     at: &Context,
 ) -> Result<Option<SourceFile>, ConfigError> {
-    let key = &|name: &str| format!("files.source.{name}");
-    let scope = Scope { key, at, weighting };
+    let at = &Context { file: at.file, table: "files.source." };
+    let scope = Scope { at, weighting };
     let source = raw.files.source.as_ref();
     source.map(|raw| scope.upward(raw, folder)).transpose()
-}
-
-fn hash(path: &Path) -> std::io::Result<String> {
-    Ok(sha256_hex(&std::fs::read(path)?))
 }
 
 /// Stated surroundings of a source.
@@ -82,13 +80,12 @@ fn surroundings(
     raw: &Source,
     domed: bool,
     solids: &[CheckedSolid],
-    key: &impl Fn(&str) -> String,
     at: &Context,
 ) -> Result<Region, ConfigError> {
     match raw.kind.place().and_then(|(_, inside)| inside) {
         Some("silicone") if !domed => {
             let expected = "\"air\" without [dome]";
-            Err(at.value(&key("inside"), "\"silicone\"", expected))
+            Err(at.value("inside", "\"silicone\"", expected))
         }
         Some("silicone") => Ok(tracer::package::SILICONE),
         None if domed => Ok(tracer::package::SILICONE),
@@ -107,30 +104,30 @@ fn surroundings(
                     "\"silicone\", \"air\" or a solid that light enters{}",
                     known.collect::<String>()
                 );
-                at.value(&key("inside"), format!("{name:?}"), &expected)
+                at.value("inside", format!("{name:?}"), &expected)
             })
         }
     }
 }
 
-fn emitters<K: Fn(&str) -> String>(
+fn emitters(
     raw: &Source,
     led: &Led,
     region: Region,
     folder: &Path,
-    scope: &Scope<'_, K>,
+    scope: &Scope<'_>,
 ) -> Result<(Vec<CheckedEmitter>, Symmetry), ConfigError> {
-    let (key, at) = (scope.key, scope.at);
+    let at = scope.at;
     let (place, _) = raw.kind.place().unwrap_or_default();
     for v in place {
-        at.within(&key("position_mm"), v, -MAX_LENGTH_MM, MAX_LENGTH_MM)?;
+        at.within("position_mm", v, -MAX_LENGTH_MM, MAX_LENGTH_MM)?;
     }
     let normal = match &raw.kind {
         SourceForm::Cosine(cosine) => cosine.normal,
         SourceForm::Rectangle(rectangle) => rectangle.normal,
         _ => None,
     };
-    let normal = normal.map(|List(normal)| at.direction(&key("normal"), normal));
+    let normal = normal.map(|List(normal)| at.direction("normal", normal));
     let normal = normal.transpose()?.unwrap_or(DVec3::Z);
     let keys = &raw.shared;
     let one = |emitter: Emitter, emission: Emission| {
@@ -145,7 +142,7 @@ fn emitters<K: Fn(&str) -> String>(
         SourceForm::File(file) => {
             let parts = scope.file(keys, file, folder)?;
             let angles = file.rotation_deg.map_or([0.0; 3], |List(angles)| angles);
-            let turn = form::rotation(angles, &key("rotation_deg"), at)?;
+            let turn = form::rotation(angles, "rotation_deg", at)?;
             let part = |part: Part| {
                 let whole = if turn == DMat3::IDENTITY {
                     one(Emitter::Point, part.emission)
@@ -167,7 +164,7 @@ fn emitters<K: Fn(&str) -> String>(
             (vec![one(Emitter::Point, Emission::Isotropic)], if_so(centred, Symmetry::Square))
         }
         SourceForm::Cosine(cosine) => {
-            let exponent = at.within(&key("exponent"), cosine.exponent, 0.0, 1e6)?;
+            let exponent = at.within("exponent", cosine.exponent, 0.0, 1e6)?;
             (
                 vec![one(Emitter::Point, Emission::CosinePower { exponent })],
                 if_so(upright, Symmetry::Square),
@@ -176,7 +173,7 @@ fn emitters<K: Fn(&str) -> String>(
         SourceForm::Rectangle(rectangle) => {
             let size = rectangle.size_mm.0;
             for v in size {
-                at.length(&key("size_mm"), v)?;
+                at.length("size_mm", v)?;
             }
             let emitter = Emitter::Rectangle { half_x: 0.5 * size[0], half_y: 0.5 * size[1] };
             let square = size[0].to_bits() == size[1].to_bits();
@@ -192,22 +189,22 @@ fn emitters<K: Fn(&str) -> String>(
 }
 
 /// The top and the four sides of the box, those that emit anything.
-fn chip<K: Fn(&str) -> String>(
+fn chip(
     keys: &SourceKeys,
     stated: &ChipSource,
     led: &Led,
     region: Region,
-    scope: &Scope<'_, K>,
+    scope: &Scope<'_>,
 ) -> Result<(Vec<tracer::Source>, Symmetry), ConfigError> {
-    let (key, at) = (scope.key, scope.at);
+    let at = scope.at;
     let powers = stated.face_powers.0;
     for power in powers {
-        at.within(&key("face_powers"), power, 0.0, 1e12)?;
+        at.within("face_powers", power, 0.0, 1e12)?;
     }
     let sum: f64 = powers.iter().sum();
     if sum <= 0.0 {
         let got = format!("{powers:?}");
-        return Err(at.value(&key("face_powers"), got, "a power above 0 somewhere"));
+        return Err(at.value("face_powers", got, "a power above 0 somewhere"));
     }
     let [x, y] = led.size_mm.map(|length| 0.5 * length);
     let z = 0.5 * led.height_mm;

@@ -73,7 +73,7 @@ fn matrices(design: &Design, at: &Context) -> Result<(), ConfigError> {
 /// # Errors
 /// More orders than can be solved, fewer than propagate, or a grid that holds no node.
 pub fn fit(design: &Design, cells: &[Cell]) -> Result<(), ConfigError> {
-    let at = Context { file: &design.provenance.file };
+    let at = Context::new(&design.provenance.file);
     grids(design, cells, &at)?;
     orders(design, cells.iter(), &at)
 }

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::{Design, medium, solids};
+use super::films::Films;
+use super::{Design, medium};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::spectrum::lights::{Colour, Light, Lights};
@@ -43,7 +44,7 @@ impl Design {
         let of_sources = design.sources.iter_mut().flat_map(|s| &mut s.emitters);
         let of_sources = of_sources.map(|emitter| &mut emitter.source);
         let of_sources = of_sources.map(|source| (&mut source.weight, &mut source.emission));
-        let of_file = design.files.parts_mut().iter_mut();
+        let of_file = design.files.source.iter_mut().flat_map(|source| &mut source.parts);
         let of_file = of_file.map(|part| (&mut part.share, &mut part.emission));
         for (number, (weight, emission)) in of_sources.chain(of_file).enumerate() {
             if !light.emitters.contains(&number) {
@@ -70,21 +71,21 @@ impl Design {
 
     /// The colours of the sources, unless that of the design is the only one.
     pub fn colours(&self) -> Option<Lights> {
-        let lights = self.lights.as_ref().filter(|lights| lights.coloured);
-        lights.map(Lights::by_colour)
+        let lights = self.lights.as_ref().filter(|lights| lights.coloured)?;
+        let colours = lights.by_colour().into_iter().map(|(light, _)| light);
+        Some(Lights { lights: colours.collect(), ..lights.clone() })
     }
 
     /// [`Self::at`], with the spectrum.
     pub(crate) fn tuned(&self, wavelength_nm: f64) -> Result<Self, ConfigError> {
-        let at = Context { file: &self.provenance.file };
+        let at = Context::new(&self.provenance.file);
+        let films = self.films.as_ref();
+        let solids = self.solids.iter().map(|solid| solid.tuned(wavelength_nm, &at));
         Ok(Self {
             wavelength_nm,
-            silicone: match &self.dome {
-                Some(_) => medium::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
-                None => self.silicone.clone(),
-            },
-            films: self.films.as_ref().map(|films| films.tuned(wavelength_nm, &at)).transpose()?,
-            solids: solids::tuned(&self.solids, wavelength_nm, &at)?,
+            silicone: medium::medium_at(&self.silicone.stated, wavelength_nm, &at)?,
+            films: films.map(|of| Films::new(&of.stated, wavelength_nm, &at)).transpose()?,
+            solids: solids.collect::<Result<_, _>>()?,
             ..self.clone()
         })
     }

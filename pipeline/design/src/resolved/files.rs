@@ -95,11 +95,6 @@ impl Files {
         self.source.as_ref().map_or(&[], |source| &source.parts)
     }
 
-    /// The same, to be changed.
-    pub fn parts_mut(&mut self) -> &mut [Part] {
-        self.source.as_mut().map_or(&mut [], |source| &mut source.parts)
-    }
-
     /// The reflector, where a file gives it.
     pub fn mirror(&self) -> Option<SurfaceModel> {
         self.mirror.clone().map(SurfaceModel::Coating)

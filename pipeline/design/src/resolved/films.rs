@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 use rcwa::material::Material;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+use serde_json::json;
 use tracer::{Film, LayeredMirror, SurfaceModel};
 
 use crate::check::Context;
@@ -21,16 +22,20 @@ pub struct Coat {
 }
 
 /// All films of a design at the wavelength.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone)]
 pub struct Films {
     /// Layers on the dome, from the silicone outwards.
-    pub dome: Vec<Coat>,
-    /// Layers on the mirror, from the light towards the metal.
-    pub mirror: Vec<Coat>,
-    /// Index [n, k] of the metal.
-    pub substrate: Option<[f64; 2]>,
-    #[serde(skip)]
+    pub dome: Coats,
+    /// Layers on the mirror, from the light towards the metal, and the metal.
+    pub mirror: Coats,
     pub(crate) stated: Arc<FilmStacks>,
+}
+
+impl Serialize for Films {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let Self { dome, mirror: Coats { layers, substrate }, stated: _ } = self;
+        json!({"dome": dome.layers, "mirror": layers, "substrate": substrate}).serialize(serializer)
+    }
 }
 
 /// Film as stated, whatever the wavelength.
@@ -136,45 +141,16 @@ impl IndexSource {
     }
 }
 
-pub(crate) fn films(
-    stated: Arc<FilmStacks>,
-    wavelength_nm: f64,
-    at: &Context,
-) -> Result<Films, ConfigError> {
-    let mirror = stated.mirror.at(wavelength_nm, at)?;
-    Ok(Films {
-        dome: stated.dome.at(wavelength_nm, at)?.layers,
-        mirror: mirror.layers,
-        substrate: mirror.substrate,
-        stated,
-    })
-}
-
 impl Films {
-    /// The same films at another wavelength.
-    pub(crate) fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
-        films(Arc::clone(&self.stated), wavelength_nm, at)
-    }
-
-    /// True if the mirror is of metal.
-    pub fn mirrors(&self) -> bool {
-        self.substrate.is_some()
-    }
-
-    /// Optical surface of the dome; `None` where it is bare.
-    pub fn on_dome(&self, wavelength_nm: f64) -> Result<Option<SurfaceModel>, tracer::Error> {
-        let coats = Coats { layers: self.dome.clone(), substrate: None };
-        coats.interface(wavelength_nm)
-    }
-
-    /// The mirror, of which `factor` is kept; `None` where no metal is given.
-    pub fn mirror(
-        &self,
+    /// At a wavelength.
+    pub(crate) fn new(
+        stated: &Arc<FilmStacks>,
         wavelength_nm: f64,
-        factor: f64,
-    ) -> Result<Option<SurfaceModel>, tracer::Error> {
-        let coats = Coats { layers: self.mirror.clone(), substrate: self.substrate };
-        coats.mirror(wavelength_nm, factor)
+        at: &Context,
+    ) -> Result<Self, ConfigError> {
+        let mirror = stated.mirror.at(wavelength_nm, at)?;
+        let dome = stated.dome.at(wavelength_nm, at)?;
+        Ok(Self { dome, mirror, stated: Arc::clone(stated) })
     }
 }
 

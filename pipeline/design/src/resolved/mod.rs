@@ -179,7 +179,7 @@ pub struct Housing {
 impl Design {
     /// True if thin layers lie on the dome.
     pub fn is_coated(&self) -> bool {
-        self.films.as_ref().is_some_and(|f| !f.dome.is_empty())
+        self.films.as_ref().is_some_and(|f| !f.dome.layers.is_empty())
     }
 
     /// The key that says which light there is.

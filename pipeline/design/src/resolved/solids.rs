@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::Context as _;
 use bsdf::direction::Frame;
 use bsdf::ray_optics::{Outline, UnitCell};
-use bsdf::{Bsdf, DiffuseLobe, Diffuser};
+use bsdf::{DiffuseLobe, Diffuser};
 use serde::Serialize;
 use tracer::glam::DVec3;
 use tracer::{Region, Shape, SurfaceModel};
@@ -93,18 +93,9 @@ pub(crate) enum SolidOptics {
     /// A polarising sheet.
     Polarising(PolarisingFace),
     /// A reflector by a file.
-    File(FileReflector),
+    File(SurfaceModel),
     /// A law of reflection; with the metal under it where it is of metal.
     Law(Reflector),
-}
-
-/// A reflector by a file.
-pub(crate) struct FileReflector(pub(crate) Arc<dyn Bsdf>);
-
-impl std::fmt::Debug for FileReflector {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("a reflector by a file")
-    }
 }
 
 /// Grooves of a face.
@@ -160,7 +151,10 @@ impl CheckedSolid {
     pub fn place(&self) -> (String, String) {
         match self.lower_face_mm() {
             Some(z_mm) => (format!("{}.z_mm", self.table), z_mm.to_string()),
-            None => (format!("{}.position_mm", self.table), self.stated.place()),
+            None => {
+                let List(position_mm) = self.stated.shared.position_mm;
+                (format!("{}.position_mm", self.table), format!("{position_mm:?}"))
+            }
         }
     }
 
@@ -173,9 +167,17 @@ impl CheckedSolid {
         self.is_film().then(|| (low_mm * 1e9).round() / 1e9)
     }
 
-    /// The key that says how large it is, and what stands there.
+    /// The key that says how large it is, and what stands there; of a meridian or a mesh its place.
     pub fn size(&self) -> (String, String) {
-        let (key, got) = self.stated.size();
+        let radius = |radius: f64| ("radius_mm", radius.to_string());
+        let (key, got) = match &self.stated.kind {
+            SolidForm::Box(flat) => ("size_mm", format!("{:?}", flat.size_mm.0)),
+            SolidForm::Rectangle(flat) => ("size_mm", format!("{:?}", flat.size_mm.0)),
+            SolidForm::Cylinder(cylinder) => radius(cylinder.radius_mm),
+            SolidForm::Sphere(ball) => radius(ball.radius_mm),
+            SolidForm::Disc(disc) => radius(disc.radius_mm),
+            SolidForm::Meridian(_) | SolidForm::Mesh(_) => return self.place(),
+        };
         (format!("{}.{key}", self.table), got)
     }
 
@@ -197,7 +199,7 @@ impl CheckedSolid {
     }
 
     /// At another wavelength.
-    fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
+    pub(super) fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
         let medium = self.medium.as_ref();
         let medium = medium.map(|m| medium::medium_at(&m.stated, wavelength_nm, at));
         self.polarising().try_for_each(|face| face.check(wavelength_nm, at))?;
@@ -261,7 +263,6 @@ impl CheckedSolid {
         wavelength_nm: f64,
         indices: [f64; 2],
     ) -> anyhow::Result<SurfaceModel> {
-        let metal = |reflectance| self.coats.mirror(wavelength_nm, reflectance);
         Ok(match optics {
             SolidOptics::Grooved(face) => {
                 face.optics(&shape.frame(DVec3::ZERO, normal), indices)?
@@ -269,7 +270,7 @@ impl CheckedSolid {
             SolidOptics::Polarising(face) => {
                 let frame = shape.frame(DVec3::ZERO, normal);
                 // Shares were checked with the name of the file.
-                let at = Context { file: "" };
+                let at = Context::new("");
                 SurfaceModel::Scatter(Arc::new(face.optics(&frame, wavelength_nm, indices, &at)?))
             }
             SolidOptics::Refracting => {
@@ -280,22 +281,13 @@ impl CheckedSolid {
             SolidOptics::Diffusing { reflection, transmission } => {
                 SurfaceModel::Scatter(Arc::new(Diffuser::new(*reflection, *transmission, indices)?))
             }
-            SolidOptics::File(FileReflector(table)) => SurfaceModel::Coating(Arc::clone(table)),
+            SolidOptics::File(reflector) => reflector.clone(),
             SolidOptics::Law(reflector) => {
-                metal(reflector.reflectance())?.unwrap_or_else(|| reflector.optics())
+                let metal = self.coats.mirror(wavelength_nm, reflector.reflectance())?;
+                metal.unwrap_or_else(|| reflector.optics())
             }
         })
     }
-}
-
-/// All solids at another wavelength.
-pub(crate) fn tuned(
-    solids: &[CheckedSolid],
-    wavelength_nm: f64,
-    at: &Context,
-) -> Result<Vec<CheckedSolid>, ConfigError> {
-    let tuned = solids.iter().map(|solid| solid.tuned(wavelength_nm, at));
-    tuned.collect()
 }
 
 /// The solids of packages, or of the array, that light enters, with the numbers of their media; in

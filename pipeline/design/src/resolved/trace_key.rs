@@ -23,7 +23,6 @@ use super::array::{Array, PackagePositions};
 use super::at_wavelength::LitSources;
 use super::dome::{Dome, DomeMesh};
 use super::files::{Files, UsedFile};
-use super::films::Films;
 use super::led::{BoxPlace, Led};
 use super::medium::Medium;
 use super::receivers::CheckedReceiver;
@@ -119,7 +118,7 @@ impl Design {
                 paths, max_interactions, sampling, ledger_by_source
             }),
             "files": files_fields(files),
-            "films": films.as_ref().map(films_fields),
+            "films": films,
             "polarization": polarization,
         });
         // Other designs have the fields of those that cannot say otherwise.
@@ -288,10 +287,6 @@ fn files_fields(files: &Files) -> Value {
     let Files { stated, used: all, bands: _, mirror: _, mirror_turns: _, source: _ } = files;
     let all: Vec<Value> = all.iter().map(used).collect();
     json!({"stated": stated, "used": all, "shares": shares})
-}
-
-fn films_fields(films: &Films) -> Value {
-    fields!(films => Films { dome, mirror, substrate; stated })
 }
 
 #[cfg(test)]

@@ -16,23 +16,18 @@ pub struct Film {
     pub name: String,
     /// Height of its lower face, mm; 1e-6 to 10 000. This of the lowest film; of others this or
     /// `gap_mm`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub z_mm: Option<f64>,
     /// Air between it and the film below, mm; 1e-6 to 10 000; default 0.01.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_mm: Option<f64>,
     /// Thickness without grooves, mm; 1e-6 to 10 000.
     pub thickness_mm: f64,
     /// Lengths along x and y, about the middle of the array, mm; 1e-6 to 10 000. Default what the
     /// walls of the housing leave; without walls the cells of the array.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub size_mm: Option<List<f64, 2>>,
     /// Material: a table with the keys of `[silicone]`.
     pub medium: Silicone,
     /// Upper face: keys of `[solids.scatter]`; default smooth.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub top: Option<SolidScatter>,
     /// Lower face, likewise.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub bottom: Option<SolidScatter>,
 }

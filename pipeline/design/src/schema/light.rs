@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
-use crate::spectrum::Weighting;
+use crate::spectrum::{Weighting, WhiteLed};
 use crate::tagged::{Kinds, Tagged};
 
 /// `[light]`.
@@ -14,18 +14,14 @@ use crate::tagged::{Kinds, Tagged};
 pub struct Light {
     /// Vacuum wavelength, nm; 10 to 100 000, with at most 1878 orders in relief. This or
     /// `[light.spectrum]`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_nm: Option<f64>,
     /// Spectrum, as below.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<Spectrum>,
     /// With `wavelength_nm`: weighting of all sources. Default `"radiometric"`, with `led.power_lm`
     /// `"photometric"`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub weighting: Option<Weighting>,
     /// Step of the wavelengths at which light is traced where a medium converts it, nm; 0.5 to 50,
     /// default 5.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub step_nm: Option<f64>,
     /// Polarisation of the light on its way; default `"unpolarised"`.
     #[serde(default, skip_serializing_if = "is_default", alias = "polarisation")]
@@ -76,22 +72,6 @@ pub enum SpectrumForm {
 
 impl Kinds for SpectrumForm {
     const TAG: &'static str = "kind";
-}
-
-/// Keys of a white LED.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct WhiteLed {
-    /// Peak of the blue die, nm.
-    pub blue_nm: f64,
-    /// Full width of that peak at half maximum, nm; at least 0.1.
-    pub blue_fwhm_nm: f64,
-    /// Peak of the phosphor, nm.
-    pub phosphor_nm: f64,
-    /// Full width of that peak at half maximum, nm; at least 0.1.
-    pub phosphor_fwhm_nm: f64,
-    /// Share of the radiant power in the die's peak, 0 to 1.
-    pub blue_part: f64,
 }
 
 /// Keys of a table and of lines.

@@ -58,7 +58,6 @@ pub struct Design {
     /// Packages side by side.
     pub array: Array,
     /// Walls around them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub housing: Option<Housing>,
     /// Light.
     pub light: Light,
@@ -124,7 +123,7 @@ pub(super) fn tagged_tables() -> [TaggedTable; 15] {
 pub struct NoKeys {}
 
 /// `[silicone]`: either `index` or `material_file`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Silicone {
     /// Refractive index, real, above 1, below 10 (of a solid from 0.1); this or `material_file`.
@@ -176,13 +175,6 @@ pub enum Arrangement {
     Square,
     /// Every other row half a pitch to the right, rows √3/2 of a pitch apart.
     Hexagonal,
-}
-
-impl Arrangement {
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature serde asks for")]
-    fn is_square(&self) -> bool {
-        *self == Self::Square
-    }
 }
 
 /// Distances of neighbours, mm.
@@ -241,11 +233,10 @@ pub struct Array {
     /// to 2000; with `positions_file` the least distance allowed.
     pub pitch_mm: Pitch,
     /// Places of the rows; default `"square"`.
-    #[serde(default, skip_serializing_if = "Arrangement::is_square")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub arrangement: Arrangement,
     /// Text file of 1 to 20 000 positions in place of `columns`, `rows` and `arrangement`: x and y
     /// a line, mm, within 100 000; form as of `dome.meridian_file`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub positions_file: Option<String>,
     /// False: each package is traced without the others, on the mirror of the whole array, and the
     /// light is added up.
@@ -425,7 +416,7 @@ pub struct Trace {
     /// scatterings in media; 10 to 10 000 000.
     pub max_interactions: u32,
     /// Start of the paths; Sobol' is best with `paths` = 64 · 2^m. Default `"random"`.
-    #[serde(skip_serializing_if = "Sampling::is_random")]
+    #[serde(skip_serializing_if = "is_default")]
     pub sampling: Sampling,
     /// True: each of `[[sources]]` is traced by itself, with `paths` divided by flux (at least 1000
     /// each), and has its ledger (`by_source`).
@@ -442,13 +433,6 @@ pub enum Sampling {
     Random,
     /// Evenly spread over packages, places and directions; not of files.
     Sobol,
-}
-
-impl Sampling {
-    #[expect(clippy::trivially_copy_pass_by_ref, reason = "asked for so by serde")]
-    fn is_random(&self) -> bool {
-        *self == Self::Random
-    }
 }
 
 impl Default for Trace {

@@ -56,7 +56,6 @@ pub struct PlaneReceiver {
     pub normal: Option<Normal>,
     /// Diameter of the spots over which nine and thirteen points are averaged, mm: at most a third
     /// of the rectangle and 100 bins. Default: points of the map.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spot_mm: Option<f64>,
     /// True: Stokes parameters I, Q, U and V; needs `light.polarization = "carried"`.
     #[serde(default, skip_serializing_if = "is_default")]
@@ -90,19 +89,16 @@ pub struct LuminanceReceiver {
     pub normal: Option<Normal>,
     /// Diameter of the spots over which nine and thirteen points are averaged, mm: at most a third
     /// of the rectangle and 100 bins. Default: points of the map.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spot_mm: Option<f64>,
     /// Bin of the polar angle, degrees: divides 180 (luminance: `theta_max_deg`, to the normal).
     pub theta_bin_deg: f64,
     /// Largest polar angle that is read, to the normal, degrees; at most 90. Default 90.0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub theta_max_deg: Option<f64>,
     /// Bin of the azimuth, degrees: divides 360; of luminance from u to v.
     pub phi_bin_deg: f64,
     /// Viewing direction [angle to the normal, azimuth from u to v], degrees, about which
     /// `theta_bin_deg`, `theta_max_deg` and `phi_bin_deg` count then; with `theta_max_deg` up to 90.
     /// Default the normal.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub view_deg: Option<List<f64, 2>>,
     /// True: Stokes parameters I, Q, U and V; needs `light.polarization = "carried"`.
     #[serde(default, skip_serializing_if = "is_default")]

@@ -45,7 +45,6 @@ pub struct Metal {
     pub reflectance: f64,
     /// Metal, a table of `index` or `material_file`, whose reflectance follows at every angle. Not
     /// with `[files.mirror]`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub substrate: Option<Substrate>,
     /// Thin layers on the metal, from the light towards it; needs `substrate`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -75,7 +74,6 @@ impl Specular for Metal {
 #[serde(deny_unknown_fields)]
 pub struct Absorbing {
     /// Any reflectance, which counts as 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub reflectance: Option<f64>,
 }
 
@@ -161,10 +159,8 @@ pub type Housing = Tagged<HousingKeys, Law<Reflectance>>;
 pub struct HousingKeys {
     /// Distance from the outermost bodies of the outermost packages (dome, LED's box, solids of each
     /// package) to the inside of the walls, mm; 1e-6 to 10 000. This or `inner_size_mm`.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub distance_mm: Option<f64>,
     /// Lengths between the walls along x and y, about the middle of the array, mm; 0.001 to 200 000.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub inner_size_mm: Option<List<f64, 2>>,
     /// Height of the walls above the bottom, mm; 0.001 to 10 000.
     pub height_mm: f64,

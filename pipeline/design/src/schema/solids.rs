@@ -5,6 +5,7 @@ use std::borrow::Cow;
 
 use bsdf::LobeMotion;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::SeqAccessDeserializer;
 use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -19,7 +20,7 @@ use crate::tagged::{Kinds, Tagged};
 pub type Solid = Tagged<SolidKeys, SolidForm>;
 
 /// Keys of all solids and sheets.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidKeys {
     /// Name in the ledger, receivers and `sources.inside`: letters, digits, `-`, `_`, `.`; none
@@ -145,39 +146,6 @@ impl SolidForm {
     pub fn is_sheet(&self) -> bool {
         matches!(self, Self::Rectangle(_) | Self::Disc(_))
     }
-
-    /// The name of the kind.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Box(_) => "box",
-            Self::Cylinder(_) => "cylinder",
-            Self::Sphere(_) => "sphere",
-            Self::Meridian(_) => "meridian",
-            Self::Mesh(_) => "mesh",
-            Self::Rectangle(_) => "rectangle",
-            Self::Disc(_) => "disc",
-        }
-    }
-}
-
-impl Solid {
-    /// The key that says how large it is, and what stands there; of a meridian or a mesh its place.
-    pub fn size(&self) -> (&'static str, String) {
-        let radius = |radius: f64| ("radius_mm", radius.to_string());
-        match &self.kind {
-            SolidForm::Box(flat) => ("size_mm", format!("{:?}", flat.size_mm.0)),
-            SolidForm::Rectangle(flat) => ("size_mm", format!("{:?}", flat.size_mm.0)),
-            SolidForm::Cylinder(cylinder) => radius(cylinder.radius_mm),
-            SolidForm::Sphere(ball) => radius(ball.radius_mm),
-            SolidForm::Disc(disc) => radius(disc.radius_mm),
-            SolidForm::Meridian(_) | SolidForm::Mesh(_) => ("position_mm", self.place()),
-        }
-    }
-
-    /// Place, as messages show it.
-    pub fn place(&self) -> String {
-        format!("{:?}", self.shared.position_mm.0)
-    }
 }
 
 /// Number of copies of a solid.
@@ -240,12 +208,8 @@ impl<'de> Deserialize<'de> for Contacts {
                 Ok(Contacts(vec![name.to_owned()]))
             }
 
-            fn visit_seq<A: SeqAccess<'de>>(self, mut names: A) -> Result<Contacts, A::Error> {
-                let mut all = Vec::new();
-                while let Some(name) = names.next_element()? {
-                    all.push(name);
-                }
-                Ok(Contacts(all))
+            fn visit_seq<A: SeqAccess<'de>>(self, names: A) -> Result<Contacts, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(names)).map(Contacts)
             }
         }
 
@@ -263,10 +227,6 @@ impl Serialize for Contacts {
 }
 
 impl JsonSchema for Contacts {
-    fn inline_schema() -> bool {
-        true
-    }
-
     fn schema_name() -> Cow<'static, str> {
         "names".into()
     }
@@ -308,26 +268,11 @@ impl Kinds for ScatterLaw {
     }
 }
 
-impl ScatterLaw {
-    /// The name of the kind.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::File(_) => "file",
-            Self::Lambertian(_) => "lambertian",
-            Self::Gaussian(_) => "gaussian",
-            Self::Prisms(_) => "prisms",
-            Self::Grooves(_) => "grooves",
-            Self::Polariser(_) => "polariser",
-        }
-    }
-}
-
 /// Keys of scattering by files, as of `[[files.bands]]`.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ScatterFiles {
     /// File as of `[[files.bands]]`, for the indices on both sides, at all wavelengths.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
     /// Files for light from the inner side.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -361,7 +306,6 @@ pub struct GaussianShares {
     /// Full width at half maximum of the intensity about the lobe's axis, degrees; 0.001 to 180.
     pub width_deg: f64,
     /// Width of the reflected lobe, degrees; default `width_deg`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub reflected_width_deg: Option<f64>,
 }
 
@@ -370,17 +314,13 @@ pub struct GaussianShares {
 #[serde(deny_unknown_fields)]
 pub struct Prisms {
     /// Angle at the tip, degrees; 10 to 170; default 90.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub apex_deg: Option<f64>,
     /// Distance from tip to tip, µm; 1e-6 to 1e7; default 50. Without `tip_radius_um` it changes
     /// nothing.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub pitch_um: Option<f64>,
     /// Radius of the tip, µm; below half the pitch over the cosine of half the angle; default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub tip_radius_um: Option<f64>,
     /// Direction of the tips, from the x axis, degrees; -360 to 360; default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub direction_deg: Option<f64>,
 }
 
@@ -400,7 +340,6 @@ pub struct Grooves {
     pub profile_um: Vec<List<f64, 2>>,
     /// Direction of the grooves, from the x axis, degrees; -360 to 360; default 0. The profile runs
     /// along this direction turned by 90°.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub direction_deg: Option<f64>,
 }
 
@@ -409,21 +348,16 @@ pub struct Grooves {
 #[serde(deny_unknown_fields, default)]
 pub struct PolariserKeys {
     /// Direction of the pass axis, from the x axis, degrees; -360 to 360; default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub axis_deg: Option<f64>,
     /// Light along the pass axis: a table of `transmittance` and `reflectance`, as below; needs
     /// `light.polarization = "carried"`.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub pass: Option<PolariserAxis>,
     /// Light along the block axis, likewise; default all absorbed.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub block: Option<PolariserAxis>,
     /// In place of `pass` and `block`, for unpolarised light, which leaves so: a number from 0 to 1,
     /// rows [angle in degrees, share], or rows [wavelength in nm, angle, share].
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub transmittance: Option<ByAngle>,
     /// Beside it, likewise; with it at most 1; default 0.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub reflectance: Option<ByAngle>,
 }
 

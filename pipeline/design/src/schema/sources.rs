@@ -121,7 +121,6 @@ pub struct SourceOfFile {
     pub file: String,
     /// Rotation about x, then y, then z of the package, about `position_mm`, degrees; each -360 to
     /// 360. Default [0, 0, 0].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation_deg: Option<List<f64, 3>>,
     /// As in `[light.spectrum]`.
     pub tolerance: Option<f64>,
@@ -143,7 +142,7 @@ impl SourceForm {
     }
 
     /// The name of its file.
-    pub fn file(&self) -> Option<&str> {
+    pub fn file(&self) -> Option<&String> {
         match self {
             Self::File(source) => Some(&source.file),
             _ => None,

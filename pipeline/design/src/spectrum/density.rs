@@ -100,15 +100,9 @@ impl Density {
 /// linear.
 fn points(source: &SpectralPower, fine: bool) -> (Vec<f64>, Vec<f64>) {
     match source {
-        SpectralPower::WhiteLed {
-            blue_nm,
-            blue_fwhm_nm,
-            phosphor_nm,
-            phosphor_fwhm_nm,
-            blue_part,
-        } => white_led(&[
-            Peak::new(*blue_nm, *blue_fwhm_nm, *blue_part),
-            Peak::new(*phosphor_nm, *phosphor_fwhm_nm, 1.0 - blue_part),
+        SpectralPower::WhiteLed(led) => white_led(&[
+            Peak { nm: led.blue_nm, fwhm_nm: led.blue_fwhm_nm, part: led.blue_part },
+            Peak { nm: led.phosphor_nm, fwhm_nm: led.phosphor_fwhm_nm, part: 1.0 - led.blue_part },
         ]),
         SpectralPower::Table { wavelength_nm, power }
         | SpectralPower::Lines { wavelength_nm, power } => table(wavelength_nm, power, fine),
@@ -123,10 +117,6 @@ struct Peak {
 }
 
 impl Peak {
-    fn new(nm: f64, fwhm_nm: f64, part: f64) -> Self {
-        Self { nm, fwhm_nm, part }
-    }
-
     fn range(&self) -> [f64; 2] {
         let reach = REACH_FWHM * self.fwhm_nm;
         [self.nm - reach, self.nm + reach]

@@ -48,18 +48,6 @@ pub struct Lights {
     pub coloured: bool,
 }
 
-impl Light {
-    /// Both, which are of one colour.
-    #[must_use]
-    pub fn and(mut self, other: &Self) -> Self {
-        self.sources.extend_from_slice(&other.sources);
-        self.emitters.extend_from_slice(&other.emitters);
-        self.emitted_w += other.emitted_w;
-        self.emitted_lm += other.emitted_lm;
-        self
-    }
-}
-
 impl Lights {
     /// All sources in one spectrum.
     pub fn together(spectrum: &Spectrum) -> Self {
@@ -86,17 +74,22 @@ impl Lights {
         matches!(&self.lights[..], [light] if light.light.spectrum().is_some_and(is_one))
     }
 
-    /// The same with one light for each colour.
-    #[must_use]
-    pub fn by_colour(&self) -> Self {
-        let mut lights: Vec<Light> = Vec::new();
-        for light in &self.lights {
-            match lights.iter_mut().find(|known| known.light.is(&light.light)) {
-                Some(known) => *known = known.clone().and(light),
-                None => lights.push(light.clone()),
+    /// One light for each colour, with the numbers of those that it stands for.
+    pub fn by_colour(&self) -> Vec<(Light, Vec<usize>)> {
+        let mut colours: Vec<(Light, Vec<usize>)> = Vec::new();
+        for (number, light) in self.lights.iter().enumerate() {
+            match colours.iter_mut().find(|(all, _)| all.light.is(&light.light)) {
+                Some((all, numbers)) => {
+                    all.sources.extend_from_slice(&light.sources);
+                    all.emitters.extend_from_slice(&light.emitters);
+                    all.emitted_w += light.emitted_w;
+                    all.emitted_lm += light.emitted_lm;
+                    numbers.push(number);
+                }
+                None => colours.push((light.clone(), vec![number])),
             }
         }
-        Self { lights, ..self.clone() }
+        colours
     }
 
     /// The same weighted by radiant power.
@@ -136,10 +129,7 @@ impl Lights {
 impl Colour {
     /// True if two lights are one. Rays of files are each their own.
     pub fn is(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::Spectrum(a), Self::Spectrum(b)) => a == b,
-            _ => false,
-        }
+        self.spectrum().is_some_and(|own| Some(own) == other.spectrum())
     }
 
     /// The spectrum of all places and directions, if there is one.
@@ -181,7 +171,7 @@ impl Colour {
             Self::Spectrum(spectrum) => spectrum.rule(count),
             Self::Rays(rays) => {
                 let nodes = rays.nodes(count);
-                let weights = rays.weights(&nodes, rays.weighting());
+                let weights = rays.weights(&nodes, rays.weighting);
                 nodes.into_iter().zip(weights).collect()
             }
         }

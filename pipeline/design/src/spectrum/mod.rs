@@ -62,18 +62,7 @@ pub enum Sampling {
 #[serde(rename_all = "snake_case", tag = "kind")]
 pub enum SpectralPower {
     /// A blue die and its phosphor: two Gaussians, each cut off at three standard deviations.
-    WhiteLed {
-        /// Peak of the die, nm.
-        blue_nm: f64,
-        /// Full width of the die's peak at half its height, nm.
-        blue_fwhm_nm: f64,
-        /// Peak of the phosphor, nm.
-        phosphor_nm: f64,
-        /// Full width of the phosphor's peak at half its height, nm.
-        phosphor_fwhm_nm: f64,
-        /// Share of the radiant power that is the die's, 0 to 1.
-        blue_part: f64,
-    },
+    WhiteLed(WhiteLed),
     /// Power at wavelengths, linear between them, none beyond.
     Table {
         /// Wavelengths, ascending, at least two, nm.
@@ -88,6 +77,22 @@ pub enum SpectralPower {
         /// Power of each.
         power: Vec<f64>,
     },
+}
+
+/// Keys of a white LED.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WhiteLed {
+    /// Peak of the blue die, nm.
+    pub blue_nm: f64,
+    /// Full width of that peak at half maximum, nm; at least 0.1.
+    pub blue_fwhm_nm: f64,
+    /// Peak of the phosphor, nm.
+    pub phosphor_nm: f64,
+    /// Full width of that peak at half maximum, nm; at least 0.1.
+    pub phosphor_fwhm_nm: f64,
+    /// Share of the radiant power in the die's peak, 0 to 1.
+    pub blue_part: f64,
 }
 
 /// Why there is no such spectrum.
@@ -121,31 +126,6 @@ pub struct Spectrum {
     pub luminous_efficacy_lm_per_w: f64,
     /// First and last wavelength with power, nm.
     pub range_nm: [f64; 2],
-    #[serde(skip)]
-    shares: Shares,
-}
-
-/// Shares of the weighted power.
-#[derive(Debug, Clone, PartialEq)]
-enum Shares {
-    /// The weighted power, and the density of wavelengths that stand for it.
-    Continuous { power: Density, wavelengths: Density },
-    /// Wavelengths and their shares.
-    Lines(Vec<(f64, f64)>),
-}
-
-impl Shares {
-    fn new(source: &SpectralPower, photometric: bool) -> Self {
-        match source {
-            SpectralPower::Lines { wavelength_nm, power } => {
-                Self::Lines(lines(wavelength_nm, power, photometric))
-            }
-            _ => Self::Continuous {
-                power: Density::new(source, photometric),
-                wavelengths: Density::of_wavelengths(source, photometric),
-            },
-        }
-    }
 }
 
 /// Wavelengths of use, nm.
@@ -177,7 +157,6 @@ impl Spectrum {
         let spectrum = Self {
             luminous_efficacy_lm_per_w: efficacy(&source),
             range_nm: range_nm(&source),
-            shares: Shares::new(&source, photometric),
             source,
             weighting,
             sampling,
@@ -206,8 +185,7 @@ impl Spectrum {
     /// The same weighted by radiant power.
     #[must_use]
     pub fn radiometric(&self) -> Self {
-        let shares = Shares::new(&self.source, false);
-        Self { weighting: Weighting::Radiometric, shares, ..self.clone() }
+        Self { weighting: Weighting::Radiometric, ..self.clone() }
     }
 
     /// True if all power has one wavelength.
@@ -244,9 +222,10 @@ impl Spectrum {
     /// The wavelength with half of the weighted power on either side, nm: what stands for the
     /// spectrum where one wavelength must.
     pub fn median_nm(&self) -> f64 {
-        match &self.shares {
-            Shares::Continuous { power, .. } => rounded(power, 0.5),
-            Shares::Lines(lines) => {
+        let photometric = self.weighting == Weighting::Photometric;
+        match &self.source {
+            SpectralPower::Lines { wavelength_nm, power } => {
+                let lines = lines(wavelength_nm, power, photometric);
                 let mut below = 0.0;
                 let middle = lines.iter().find(|(_, weight)| {
                     below += weight;
@@ -254,6 +233,7 @@ impl Spectrum {
                 });
                 middle.unwrap_or(&lines[lines.len() - 1]).0
             }
+            continuous => rounded(&Density::new(continuous, photometric), 0.5),
         }
     }
 
@@ -261,11 +241,16 @@ impl Spectrum {
     /// [`quadrature::COUNTS`], those left out that stand neither for weighted power nor for X, Y and
     /// Z; the lines themselves for a spectrum of lines.
     pub fn rule(&self, count: usize) -> Vec<(f64, f64)> {
-        match &self.shares {
-            Shares::Lines(lines) => lines.clone(),
-            Shares::Continuous { power, wavelengths } => {
-                let nodes: Vec<f64> = places(count).map(|u| rounded(wavelengths, u)).collect();
-                let weights = shares::of_nodes(&nodes, slices(power));
+        let photometric = self.weighting == Weighting::Photometric;
+        match &self.source {
+            SpectralPower::Lines { wavelength_nm, power } => {
+                lines(wavelength_nm, power, photometric)
+            }
+            continuous => {
+                let wavelengths = Density::of_wavelengths(continuous, photometric);
+                let nodes: Vec<f64> = places(count).map(|u| rounded(&wavelengths, u)).collect();
+                let power = Density::new(continuous, photometric);
+                let weights = shares::of_nodes(&nodes, slices(&power));
                 // Of a faint tail or, without weight, of the colours: a node of neither is left out.
                 let seen = self.tristimulus(&nodes);
                 let all = nodes.into_iter().zip(weights).zip(seen);
@@ -283,15 +268,13 @@ impl Spectrum {
             return format!("{nm} nm; {weighting}, {:.1} lm/W", self.luminous_efficacy_lm_per_w);
         }
         let source = match &self.source {
-            SpectralPower::WhiteLed {
-                blue_nm,
-                blue_fwhm_nm,
-                phosphor_nm,
-                phosphor_fwhm_nm,
-                blue_part,
-            } => format!(
-                "white LED, {} % at {blue_nm} nm ({blue_fwhm_nm} nm wide), the rest at {phosphor_nm} nm ({phosphor_fwhm_nm} nm wide)",
-                (blue_part * 1e4).round() / 1e2
+            SpectralPower::WhiteLed(led) => format!(
+                "white LED, {} % at {} nm ({} nm wide), the rest at {} nm ({} nm wide)",
+                (led.blue_part * 1e4).round() / 1e2,
+                led.blue_nm,
+                led.blue_fwhm_nm,
+                led.phosphor_nm,
+                led.phosphor_fwhm_nm
             ),
             SpectralPower::Table { wavelength_nm, .. } => {
                 format!("table of {}", count(wavelength_nm.len(), "row"))
@@ -299,10 +282,7 @@ impl Spectrum {
             SpectralPower::Lines { wavelength_nm, .. } => count(wavelength_nm.len(), "line"),
         };
         let [low, high] = self.range_nm.map(|nm| (nm * 10.0).round() / 10.0);
-        let weighting = match self.weighting {
-            Weighting::Radiometric => "radiometric",
-            Weighting::Photometric => "photometric",
-        };
+        let weighting = self.weighting.name();
         let sampling = match self.sampling {
             Some(Sampling::Tolerance(t)) => format!("wavelengths to a tolerance of {t}"),
             Some(Sampling::Samples(1)) => format!("one wavelength, {} nm", self.rule(1)[0].0),
@@ -344,18 +324,12 @@ fn check_source(source: &SpectralPower) -> Result<(), SpectrumError> {
         }
     };
     match source {
-        SpectralPower::WhiteLed {
-            blue_nm,
-            blue_fwhm_nm,
-            phosphor_nm,
-            phosphor_fwhm_nm,
-            blue_part,
-        } => {
-            within("blue_nm", *blue_nm, WAVELENGTHS_NM)?;
-            within("phosphor_nm", *phosphor_nm, WAVELENGTHS_NM)?;
+        SpectralPower::WhiteLed(led) => {
+            within("blue_nm", led.blue_nm, WAVELENGTHS_NM)?;
+            within("phosphor_nm", led.phosphor_nm, WAVELENGTHS_NM)?;
             for (key, width, peak) in [
-                ("blue_fwhm_nm", *blue_fwhm_nm, *blue_nm),
-                ("phosphor_fwhm_nm", *phosphor_fwhm_nm, *phosphor_nm),
+                ("blue_fwhm_nm", led.blue_fwhm_nm, led.blue_nm),
+                ("phosphor_fwhm_nm", led.phosphor_fwhm_nm, led.phosphor_nm),
             ] {
                 // Three standard deviations must stay above the shortest wavelength.
                 within(
@@ -364,7 +338,7 @@ fn check_source(source: &SpectralPower) -> Result<(), SpectrumError> {
                     [0.1, ((peak - WAVELENGTHS_NM[0]) / density::REACH_FWHM).max(0.1)],
                 )?;
             }
-            within("blue_part", *blue_part, [0.0, 1.0])
+            within("blue_part", led.blue_part, [0.0, 1.0])
         }
         SpectralPower::Table { wavelength_nm, power } => check_rows(wavelength_nm, power, 2),
         SpectralPower::Lines { wavelength_nm, power } => check_rows(wavelength_nm, power, 1),

@@ -44,7 +44,7 @@ pub struct ColouredRays {
     /// Sampling; `None` where all are computed.
     pub sampling: Option<Sampling>,
     #[serde(skip)]
-    weighting: Weighting,
+    pub(super) weighting: Weighting,
     #[serde(skip)]
     records: Arc<Vec<RayRecord>>,
     /// Wavelengths, ascending, nm, and radiant flux at each.
@@ -97,11 +97,6 @@ impl ColouredRays {
     /// The same weighted by radiant flux.
     pub(super) fn radiometric(&self) -> Self {
         Self { weighting: Weighting::Radiometric, ..self.clone() }
-    }
-
-    /// Weighting of the flux.
-    pub(super) fn weighting(&self) -> Weighting {
-        self.weighting
     }
 
     /// The wavelength with half of the weighted flux on either side, nm.

@@ -8,13 +8,13 @@ fn table(wavelength_nm: &[f64], power: &[f64]) -> SpectralPower {
 }
 
 fn led() -> SpectralPower {
-    SpectralPower::WhiteLed {
+    SpectralPower::WhiteLed(WhiteLed {
         blue_nm: 450.0,
         blue_fwhm_nm: 20.0,
         phosphor_nm: 560.0,
         phosphor_fwhm_nm: 120.0,
         blue_part: 0.25,
-    }
+    })
 }
 
 fn spectrum(source: SpectralPower, weighting: Weighting) -> Spectrum {
@@ -170,7 +170,7 @@ fn rules_converge_on_an_oscillating_function_of_a_white_led() {
     for weighting in [Weighting::Radiometric, Weighting::Photometric] {
         let white = spectrum(led(), weighting);
         let [low, high] = white.range_nm;
-        let SpectralPower::WhiteLed { blue_part, .. } = white.source else {
+        let SpectralPower::WhiteLed(WhiteLed { blue_part, .. }) = white.source else {
             unreachable!("a white LED")
         };
         let gauss = |nm: f64, peak: f64, fwhm: f64| {
@@ -205,16 +205,14 @@ fn a_white_led_is_plausible() {
     assert!((540.0..570.0).contains(&white.median_nm()));
     // A quarter of the radiant power is blue: the quantile at 0.125 is the die's peak, but for the
     // phosphor's faint tail below it.
-    let Shares::Continuous { power, .. } = spectrum(led(), Weighting::Radiometric).shares else {
-        unreachable!("continuous")
-    };
+    let power = Density::new(&led(), false);
     assert!((power.quantile_nm(0.125) - 450.0).abs() < 1.0);
     assert!((power.total() - 1.0).abs() < 1e-6, "{}", power.total());
     // The order of what is said of a spectrum does not matter to it: without a die it is its
     // phosphor.
     let mut bare = led();
-    if let SpectralPower::WhiteLed { blue_part, .. } = &mut bare {
-        *blue_part = 0.0;
+    if let SpectralPower::WhiteLed(led) = &mut bare {
+        led.blue_part = 0.0;
     }
     let bare = spectrum(bare, Weighting::Radiometric);
     assert!((bare.median_nm() - 560.0).abs() < 2e-3);
@@ -296,8 +294,8 @@ fn bad_spectra_are_refused_by_key() {
         assert!(message.contains(words), "no `{words}` in: {message}");
     }
     let mut wide = led();
-    if let SpectralPower::WhiteLed { phosphor_fwhm_nm, .. } = &mut wide {
-        *phosphor_fwhm_nm = 500.0;
+    if let SpectralPower::WhiteLed(led) = &mut wide {
+        led.phosphor_fwhm_nm = 500.0;
     }
     assert!(refused(wide, Radiometric, seven).contains("phosphor_fwhm_nm = 500"));
 }

@@ -27,18 +27,8 @@ impl Sweep<'_> {
     /// Every light with its emitted flux and its ledger, in shares of that flux. Sources of one
     /// spectrum are one light here, even if each is traced by itself.
     pub(super) fn account(&self, rule: &Rule) -> Vec<Value> {
-        let mut colours: Vec<(Light, Vec<usize>)> = Vec::new();
-        for (number, light) in self.job.lights.lights.iter().enumerate() {
-            match colours.iter_mut().find(|(all, _)| all.light.is(&light.light)) {
-                Some((all, numbers)) => {
-                    *all = all.clone().and(light);
-                    numbers.push(number);
-                }
-                None => colours.push((light.clone(), vec![number])),
-            }
-        }
         let watts = self.job.design.emitted_w();
-        let one = colours.into_iter().map(|(light, numbers)| {
+        let one = self.job.lights.by_colour().into_iter().map(|(light, numbers)| {
             let mut entry = json!(Light {
                 emitted_w: light.emitted_w * watts,
                 emitted_lm: light.emitted_lm * watts,
