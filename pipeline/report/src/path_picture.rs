@@ -18,7 +18,7 @@ use super::plots::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Re
 use super::plots::draw::colour::Colour;
 use super::plots::draw::palette::{BODY, LED, LED_EDGE, MEDIUM, MIRROR, RECEIVER, SILICONE, fate};
 use super::plots::draw::panel::{Panel, PanelAxis, TICK_SIZE};
-use super::plots::draw::scale::{AxisScale, round_step};
+use super::plots::draw::scale::{ends, round_step};
 use super::plots::draw::sheet::{Entry, Sample, Sheet};
 
 /// Room for the numbers and the name of the z axis, pixels.
@@ -95,12 +95,11 @@ fn picture(
     let tall = width * (high - low) / (2.0 * half);
     let mut sheet = Sheet::new(layout.width, (strip + tall + 90.0) as u32, heading, &legend);
     let area = Rect::new(layout.left, strip + 4.0, layout.left + width, strip + 4.0 + tall);
-    let axis = |name: &str, low, high, count| {
-        let quantity = Quantity::new(name, Unit::Millimetre);
-        PanelAxis::linear(&quantity, AxisScale::Linear { low, high }, count)
+    let axis = |name: &str, ends, count| {
+        PanelAxis::linear(&Quantity::new(name, Unit::Millimetre), ends, count)
     };
     let rows = (8.0 * tall / width).ceil().max(2.0) as usize;
-    let panel = Panel { area, x: axis("x", -half, half, 8), y: axis("z", low, high, rows) };
+    let panel = Panel { area, x: axis("x", [-half, half], 8), y: axis("z", [low, high], rows) };
     let room = layout.names - 30.0;
     let mut section = Section { drawing, panel, names: Vec::new(), room };
     let canvas = &mut sheet.canvas;
@@ -254,11 +253,9 @@ impl Section<'_> {
         });
         let half = self.panel.x.scale.ends()[1];
         let points = || solid.lines_mm.iter().flat_map(|(line, _)| line);
-        let ends = points().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [x, _]| {
-            [low.min(*x), high.max(*x)]
-        });
+        let [left, right] = ends(points().map(|[x, _]| *x));
         // Out of sight.
-        if ends[0] > half || ends[1] < -half {
+        if left > half || right < -half {
             return;
         }
         let points = points();

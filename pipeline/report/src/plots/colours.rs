@@ -12,7 +12,7 @@ use super::draw::canvas::{Align, Canvas, Letters, Picture, Rect};
 use super::draw::colour::{Colour, glow, largest_channel, real};
 use super::draw::line_colours::LineColours;
 use super::draw::panel::{BAND_ERRORS, LABEL_SIZE, Panel, PanelAxis, colour_bar};
-use super::draw::scale::{AxisScale, significant};
+use super::draw::scale::significant;
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, curve_legend, curve_pens};
 use super::map::{BELOW, LedOutline, draw_led, map_panel};
 
@@ -73,7 +73,7 @@ pub fn colour_map(picture: &ColourPlane) -> Result<Picture> {
     let words = "as it looks, linear in luminance";
     draw(&mut sheet, left, picture, words, |bin| bin.colour.map(|_| real.of(bin.xyz)));
     let quantity = Quantity::new("Δu'v' from the mean", Unit::Relative);
-    let levels = PanelAxis::linear(&quantity, AxisScale::Linear { low: 0.0, high }, 6);
+    let levels = PanelAxis::linear(&quantity, [0.0, high], 6);
     let words = format!("Δu'v' from the mean, 0 to {}", significant(high, 2));
     let panel = draw(&mut sheet, right, picture, &words, |bin| {
         let uv = bin.colour?.uv;
@@ -158,7 +158,7 @@ pub fn colour_over_angle(picture: &AngleColours) -> Result<Picture> {
     let [low, high] = picture.axis.range();
     let x = PanelAxis::position(picture.axis.quantity(), low, high, 10);
     let quantity = Quantity::new("difference from the mean", Unit::Relative);
-    let y = PanelAxis::linear(&quantity, AxisScale::Linear { low: -reach, high: reach }, 7);
+    let y = PanelAxis::linear(&quantity, [-reach, reach], 7);
     let area = Rect::new(body.left, body.top, body.right, strip.top - 20.0);
     let upper = Panel { area, x: x.clone().bare(), y };
     let lower = Panel { area: strip, x, y: PanelAxis::blank(0.0, 1.0) };

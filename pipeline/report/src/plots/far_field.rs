@@ -11,7 +11,6 @@ use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
 use super::draw::colour::Colour;
 use super::draw::line_colours::LineColours;
 use super::draw::panel::{BAND_ERRORS, LABEL_SIZE, Panel, PanelAxis, TICK_SIZE, draw_curves};
-use super::draw::scale::AxisScale;
 use super::draw::sheet::{CURVE, HEIGHT, Sheet, WIDTH, curve_legend, curve_pens};
 
 /// Intensity curves over the polar angle θ in degrees. Negative angles are the half-plane opposite
@@ -151,11 +150,10 @@ pub fn element_far_fields(far_field: &FarField) -> Result<Picture> {
 fn draw_cartesian(canvas: &mut Canvas, area: Rect, far_field: &FarField, count: usize) {
     let [low, high] = far_field.angles();
     let theta = Quantity::new("polar angle θ", Unit::Degree);
-    let intensity = AxisScale::Linear { low: 0.0, high: far_field.top() * 1.06 };
     let panel = Panel {
         area,
         x: PanelAxis::position(&theta, low, high, count),
-        y: PanelAxis::linear(far_field.quantity, intensity, 7),
+        y: PanelAxis::linear(far_field.quantity, [0.0, far_field.top() * 1.06], 7),
     };
     panel.grid(canvas);
     let pens = far_field.pens();
@@ -194,9 +192,8 @@ impl HalfDisc {
 }
 
 fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
-    let scale = AxisScale::Linear { low: 0.0, high: far_field.top() * 1.03 };
-    let axis = PanelAxis::linear(far_field.quantity, scale, 7);
-    let top = axis.scale.ends()[1];
+    let top = far_field.top() * 1.03;
+    let axis = PanelAxis::linear(far_field.quantity, [0.0, top], 7);
     let (below, around) = (80.0, 42.0);
     let radius = (room.width() / 2.0 - around - 12.0).min(room.height() - below - around);
     let spare = room.height() - below - around - radius;

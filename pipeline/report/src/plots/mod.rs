@@ -33,7 +33,6 @@ pub use draw::colour::{Colour, glow};
 pub use draw::line_colours::LineColours;
 pub use draw::palette;
 pub use draw::panel::{Mark, MarkKind};
-pub use draw::scale::AxisScale;
 pub use far_field::{FarField, element_far_fields, far_field_cartesian, far_field_polar};
 pub use map::{
     BinImage, IlluminanceMap, LEVELS, LedOutline, MapScale, illuminance_map, map_on_scale,

@@ -11,7 +11,6 @@ use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
 use super::draw::colour::Colour;
 use super::draw::palette;
 use super::draw::panel::{LABEL_SIZE, Panel, PanelAxis};
-use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, Sample, Sheet};
 
 /// Per cent of one.
@@ -104,7 +103,7 @@ fn stem_panel(area: Rect, lobes: &[PlaneLobe], side: LobeSide, named: bool) -> P
     let share = Quantity::new("share of incident power", Unit::Fraction);
     let angle = Quantity::new("angle to the surface normal", Unit::Degree);
     let top = on_side(lobes, side).fold(0.0f64, |top, lobe| top.max(lobe.power));
-    let power = AxisScale::Linear { low: 0.0, high: if top > 0.0 { top * 1.1 } else { 1.0 } };
+    let power = [0.0, if top > 0.0 { top * 1.1 } else { 1.0 }];
     let mut x = PanelAxis::angle(&angle, -90.0, 90.0, 15.0);
     if !named {
         x.label.clear();

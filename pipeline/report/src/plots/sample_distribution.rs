@@ -11,7 +11,7 @@ use super::draw::canvas::{Pen, Picture};
 use super::draw::colour::Colour;
 use super::draw::palette;
 use super::draw::panel::{Panel, PanelAxis};
-use super::draw::scale::AxisScale;
+use super::draw::scale::ends_with_room;
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH};
 
 /// Room beside the values, as a share of what they span.
@@ -64,17 +64,11 @@ pub fn sample_distribution(
 
     let marked = limits.iter().chain([nominal]).map(|mark| mark.value);
     let values = shares.iter().map(|one| one.value).chain(marked);
-    let start = (f64::INFINITY, f64::NEG_INFINITY);
-    let (low, high) = values.fold(start, |(low, high), v| (low.min(v), high.max(v)));
-    let room = ROOM * (high - low).max(1e-9);
-    let linear = |name: String, unit, low, high, count| {
-        let scale = AxisScale::Linear { low, high };
-        PanelAxis::linear(&Quantity::new(name, unit), scale, count)
-    };
+    let packages = Quantity::new("share of packages", Unit::Fraction);
     let panel = Panel {
         area: sheet.body.inset(80.0, 12.0, 10.0, 65.0),
-        x: linear(name.to_owned(), unit, low - room, high + room, 8),
-        y: linear("share of packages".to_owned(), Unit::Fraction, 0.0, 1.0, 6),
+        x: PanelAxis::linear(&Quantity::new(name, unit), ends_with_room(values, ROOM), 8),
+        y: PanelAxis::linear(&packages, [0.0, 1.0], 6),
     };
     let canvas = &mut sheet.canvas;
     panel.grid(canvas);

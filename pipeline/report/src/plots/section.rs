@@ -12,7 +12,6 @@ use super::draw::colour::Colour;
 use super::draw::line_colours::LineColours;
 use super::draw::palette::LED_GROUND;
 use super::draw::panel::{BAND_ERRORS, Mark, Panel, PanelAxis, TICK_SIZE, draw_marks};
-use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, curve_legend, curve_pens};
 
 /// A cross-section with the LEDs below it.
@@ -78,7 +77,6 @@ pub fn cross_section(section: &Section) -> Result<Picture> {
     // valley.
     let lowest = lowest.max(top / LEVELS);
     let log_room = (top / lowest).powf(0.22).max(1.1);
-    let linear = AxisScale::Linear { low: 0.0, high: top * 1.17 };
     let x = PanelAxis::position(section.position, low, high, 10);
     let body = sheet.body.inset(75.0, 5.0, 10.0, 65.0);
     let gap = 26.0;
@@ -86,7 +84,7 @@ pub fn cross_section(section: &Section) -> Result<Picture> {
     let upper = Panel {
         area: Rect::new(body.left, body.top, body.right, body.top + height),
         x: x.clone().bare(),
-        y: PanelAxis::linear(section.quantity, linear, 5),
+        y: PanelAxis::linear(section.quantity, [0.0, top * 1.17], 5),
     };
     let lower = Panel {
         area: Rect::new(body.left, body.bottom - height, body.right, body.bottom),

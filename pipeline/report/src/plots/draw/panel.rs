@@ -36,12 +36,12 @@ pub struct PanelAxis {
 impl PanelAxis {
     /// A linear axis with about `count` ticks. Fractions are numbered in per cent; a common power
     /// of ten moves into the label.
-    pub fn linear(quantity: &Quantity, scale: AxisScale, count: usize) -> Self {
+    pub fn linear(quantity: &Quantity, [low, high]: [f64; 2], count: usize) -> Self {
+        let scale = AxisScale::Linear { low, high };
         if quantity.unit().is_percentage() {
             let name = Quantity::new(quantity.name(), Unit::Relative).label();
             return Self::scaled(format!("{name} (%)"), scale, 0.01, count);
         }
-        let [low, high] = scale.ends();
         let power = common_power(low.abs().max(high.abs()));
         let label = with_power(quantity, power);
         Self::scaled(label, scale, 10f64.powi(power), count)
@@ -85,7 +85,7 @@ impl PanelAxis {
                 .unwrap_or(90.0);
             Self::angle(quantity, low, high, step)
         } else {
-            Self::linear(quantity, AxisScale::Linear { low, high }, count)
+            Self::linear(quantity, [low, high], count)
         }
     }
 
@@ -412,7 +412,7 @@ mod tests {
         let y = Quantity::new("illuminance", Unit::WattPerSquareMillimetre);
         Panel {
             area: Rect::new(100.0, 50.0, 300.0, 250.0),
-            x: PanelAxis::linear(&x, AxisScale::Linear { low: -1.0, high: 1.0 }, 4),
+            x: PanelAxis::linear(&x, [-1.0, 1.0], 4),
             y: PanelAxis::log(&y, 0.01, 1.0, 4),
         }
     }
@@ -429,8 +429,7 @@ mod tests {
     #[test]
     fn small_numbers_move_their_power_into_the_label() {
         let quantity = Quantity::new("illuminance", Unit::WattPerSquareMillimetre);
-        let scale = AxisScale::Linear { low: 0.0, high: 4.1e-3 };
-        let axis = PanelAxis::linear(&quantity, scale, 5);
+        let axis = PanelAxis::linear(&quantity, [0.0, 4.1e-3], 5);
         assert_eq!(axis.label, "Illuminance (10⁻³ W/mm²)");
         assert_eq!(axis.ticks[1].label.as_deref(), Some("1"));
         assert!((axis.ticks[1].at - 1e-3).abs() < 1e-15);
@@ -439,8 +438,7 @@ mod tests {
     #[test]
     fn fractions_are_numbered_in_per_cent() {
         let share = Quantity::new("share of power", Unit::Fraction);
-        let scale = AxisScale::Linear { low: 0.0, high: 0.05 };
-        let axis = PanelAxis::linear(&share, scale, 5);
+        let axis = PanelAxis::linear(&share, [0.0, 0.05], 5);
         assert_eq!(axis.label, "Share of power (%)");
         assert_eq!(axis.ticks[2].label.as_deref(), Some("2"));
         assert!((axis.ticks[2].at - 0.02).abs() < 1e-15);

@@ -152,6 +152,19 @@ pub fn common_power(size: f64) -> i32 {
     }
 }
 
+/// The smallest and the largest of `values`.
+pub fn ends(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    let start = [f64::INFINITY, f64::NEG_INFINITY];
+    values.into_iter().fold(start, |[low, high], v| [low.min(v), high.max(v)])
+}
+
+/// The range of `values` with so much room at both ends, as a share of what they span.
+pub fn ends_with_room(values: impl IntoIterator<Item = f64>, share: f64) -> [f64; 2] {
+    let [low, high] = ends(values);
+    let room = share * (high - low).max(1e-9);
+    [low - room, high + room]
+}
+
 /// The next of 1, 2, 2.5 and 5 times a power of ten at or above `step`.
 pub fn round_step(step: f64) -> f64 {
     if !(step.is_finite() && step > 0.0) {
