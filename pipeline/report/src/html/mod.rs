@@ -44,7 +44,8 @@ use results::study::StudyFile;
 use results::tolerance::ToleranceResultsFile;
 use results::zones::ZonesFile;
 
-use super::plots::{LineColours, glow, palette};
+use super::paper_figures::{ELEMENTS, elements_picture};
+use super::plots::{glow, palette};
 
 /// Largest page in bytes.
 pub const LIMIT: usize = 6_000_000;
@@ -403,18 +404,13 @@ fn checked_note(folder: &Folder) -> Result<()> {
 
 /// Pictures of the paper's Figures 3, 4 and 6.
 fn single_elements(album: &mut Album, paper: &PaperFigures) -> Result<Vec<Value>> {
-    let [third, fourth] = [
-        ("Figure 3: single elements", "S1 to S6 as OS1, all others absorbing"),
-        ("Figure 4: shapes of one element", "S6 as OS1, OS2, OS3, all others absorbing"),
-    ];
-    let elements = [
-        (&paper.figure_3, third, LineColours::Ordered),
-        (&paper.figure_4, fourth, LineColours::Ordered),
-    ];
     let mut single = Vec::new();
-    for (figure, words, colours) in elements {
+    for (figure, words) in [&paper.figure_3, &paper.figure_4].into_iter().zip(ELEMENTS) {
         if let Some(figure) = figure {
-            single.push(album.elements(figure, words, colours)?);
+            let picture = elements_picture(figure, words)?;
+            let words = words.join("; ");
+            let caption = format!("{words}; azimuthal means with two standard errors.");
+            single.push(album.fixed(&picture, &caption));
         }
     }
     if let Some(figure) = &paper.figure_6 {

@@ -39,7 +39,7 @@ pub use map::{
     map_range,
 };
 pub use near_field::{NearFieldMap, near_field_map};
-pub use orders::{LobeSide, PlaneLobe, grating_lobes};
+pub use orders::grating_lobes;
 pub use pareto::pareto_front;
 pub use sample_distribution::{CumulativeShare, MarkedValue, sample_distribution};
 pub use search_convergence::search_convergence;
