@@ -92,11 +92,6 @@ impl Folder {
         );
         Ok(self.directory.join(name))
     }
-
-    /// True if `path` is one of the files of the results, or `results.json` itself.
-    pub fn holds(&self, path: &Path) -> bool {
-        is_one_of(&self.directory, &self.results.files, FILE, path)
-    }
 }
 
 /// A folder with a sealed file, checked.
@@ -128,15 +123,10 @@ impl<T: SealedFile> SealedFolder<T> {
     pub fn directory(&self) -> &Path {
         &self.directory
     }
-
-    /// True if `path` is the sealed file or one of those that it lists.
-    pub fn holds(&self, path: &Path) -> bool {
-        is_one_of(&self.directory, self.file.files(), T::FILE, path)
-    }
 }
 
 /// True if `path` is `main` in `directory` or one of the `files` that it lists.
-fn is_one_of(directory: &Path, files: &[FileRecord], main: &str, path: &Path) -> bool {
+pub(super) fn is_one_of(directory: &Path, files: &[FileRecord], main: &str, path: &Path) -> bool {
     let Ok(path) = path.canonicalize() else {
         return false;
     };

@@ -27,7 +27,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use folder::{Folder, SealedFolder};
+use folder::{Folder, SealedFolder, is_one_of};
 use maps::shared_range;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
@@ -35,8 +35,8 @@ use models::{FarFieldTable, Model, Plane};
 use orders::Source;
 use pictures::{Album, cuts, designs};
 use serde_json::{Value, json};
-use tolerance::ToleranceFolder;
 
+use files::provenance::FileRecord;
 use results::full_wave::FullWaveFile;
 use results::schema::PaperFigures;
 use results::sealed_file::SealedFile;
@@ -52,32 +52,14 @@ pub const LIMIT: usize = 6_000_000;
 /// Letters that all maps together may take; beyond that neighbouring bins are merged.
 const MAPS_BUDGET: usize = 1_000_000;
 
-/// The page of results; those of a tolerance analysis, of a study, of a comparison by full wave and of
-/// dimming zones. All begin with the macros.
-const TEMPLATE: &str = concat!(
+/// Macros that every template begins with.
+const MACROS: [&str; 3] = [
     include_str!("assets/macros.html"),
     include_str!("assets/tolerance.html"),
     include_str!("assets/full_wave.html"),
-    include_str!("assets/page.html")
-);
-const TOLERANCE_TEMPLATE: &str = concat!(
-    include_str!("assets/macros.html"),
-    include_str!("assets/tolerance.html"),
-    include_str!("assets/full_wave.html"),
-    include_str!("assets/tolerance_page.html")
-);
-const STUDY_TEMPLATE: &str = concat!(
-    include_str!("assets/macros.html"),
-    include_str!("assets/full_wave.html"),
-    include_str!("assets/study_page.html")
-);
-const FULL_WAVE_TEMPLATE: &str = concat!(
-    include_str!("assets/macros.html"),
-    include_str!("assets/full_wave.html"),
-    include_str!("assets/full_wave_page.html")
-);
-const ZONES_TEMPLATE: &str =
-    concat!(include_str!("assets/macros.html"), include_str!("assets/zones_page.html"));
+];
+/// Template of the page of results.
+const TEMPLATE: &str = include_str!("assets/page.html");
 const STYLES: [&str; 6] = [
     include_str!("assets/base.css"),
     include_str!("assets/first.css"),
@@ -115,7 +97,7 @@ pub trait PageFolder {
 
 impl PageFolder for Folder {
     fn holds(&self, path: &Path) -> bool {
-        self.holds(path)
+        is_one_of(self.directory(), &self.results().files, results::FILE, path)
     }
 
     fn page(&self, source: &Source) -> Result<Page> {
@@ -127,9 +109,11 @@ impl PageFolder for Folder {
 trait PageFile: SealedFile {
     /// Template of the page.
     const TEMPLATE: &'static str;
+    /// Name of the version of the layout, where the page states it.
+    const LAYOUT: Option<&'static str> = None;
 
-    /// Name of what it shows, version of the program that wrote it, and seed.
-    fn head(&self) -> (&str, &str, u64);
+    /// Name of what it shows, version of the program that wrote it, seed, and files that went in.
+    fn head(&self) -> (&str, &str, u64, &[FileRecord]);
 
     /// Values of the template besides those of the head.
     fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value>;
@@ -137,16 +121,24 @@ trait PageFile: SealedFile {
 
 impl<T: PageFile> PageFolder for SealedFolder<T> {
     fn holds(&self, path: &Path) -> bool {
-        self.holds(path)
+        is_one_of(self.directory(), self.file.files(), T::FILE, path)
     }
 
     fn page(&self, _: &Source) -> Result<Page> {
-        let (name, version, seed) = self.file.head();
+        let (name, version, seed, inputs) = self.file.head();
         let mut values = T::values(self, &mut Album::default())?;
         values["title"] = format!("batwing: {name}").into();
         values["style"] = style().into();
         values["version"] = version.into();
         values["seed"] = seed.into();
+        let mut lines = vec![
+            ("computed by", format!("batwing {version}")),
+            ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
+        ];
+        lines.extend(T::LAYOUT.map(|name| (name, T::VERSION.to_string())));
+        lines.push(("seed", seed.to_string()));
+        values["provenance"] =
+            json!({"lines": lines, "inputs": inputs, "files": self.file.files()});
         Ok(Page { html: rendered(T::TEMPLATE, &values, self.directory())?, tables: (0, 0) })
     }
 }
@@ -242,7 +234,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     checked_note(folder)?;
 
     let search = optimisation::read(folder)?;
-    let tolerance = ToleranceFolder::open(folder.directory())?;
+    let tolerance = SealedFolder::<ToleranceResultsFile>::open(folder.directory())?;
     let tolerance = tolerance.map(|found| tolerance::tolerance(&mut album, &found.file));
     let pictures_of_colours = pictures.of_colours(&models)?;
     let mut values = json!({
@@ -295,64 +287,57 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
 }
 
 impl PageFile for ToleranceResultsFile {
-    const TEMPLATE: &'static str = TOLERANCE_TEMPLATE;
+    const TEMPLATE: &'static str = include_str!("assets/tolerance_page.html");
+    const LAYOUT: Option<&'static str> = Some("schema of tolerance.json");
 
-    fn head(&self) -> (&str, &str, u64) {
-        (&self.name, &self.program.version, self.seed)
+    fn head(&self) -> (&str, &str, u64, &[FileRecord]) {
+        (&self.name, &self.program.version, self.seed, &self.inputs)
     }
 
     fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
         Ok(json!({
             "tolerance": tolerance::tolerance(album, &folder.file)?,
             "full_wave": full_wave::found(album, folder.directory())?,
-            "provenance": tolerance::provenance(&folder.file),
         }))
     }
 }
 
 impl PageFile for StudyFile {
-    const TEMPLATE: &'static str = STUDY_TEMPLATE;
+    const TEMPLATE: &'static str = include_str!("assets/study_page.html");
 
-    fn head(&self) -> (&str, &str, u64) {
-        (&self.name, &self.version, self.seed)
+    fn head(&self) -> (&str, &str, u64, &[FileRecord]) {
+        (&self.name, &self.version, self.seed, &self.inputs)
     }
 
     fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
         Ok(json!({
             "study": study::study(album, &folder.file)?,
             "full_wave": full_wave::found(album, folder.directory())?,
-            "provenance": study::provenance(&folder.file),
         }))
     }
 }
 
 impl PageFile for FullWaveFile {
-    const TEMPLATE: &'static str = FULL_WAVE_TEMPLATE;
+    const TEMPLATE: &'static str = include_str!("assets/full_wave_page.html");
 
-    fn head(&self) -> (&str, &str, u64) {
-        (&self.design, &self.version, self.seed)
+    fn head(&self) -> (&str, &str, u64, &[FileRecord]) {
+        (&self.design, &self.version, self.seed, &self.inputs)
     }
 
     fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
-        Ok(json!({
-            "full_wave": full_wave::full_wave(album, &folder.file)?,
-            "provenance": full_wave::provenance(&folder.file),
-        }))
+        Ok(json!({"full_wave": full_wave::full_wave(album, &folder.file)?}))
     }
 }
 
 impl PageFile for ZonesFile {
-    const TEMPLATE: &'static str = ZONES_TEMPLATE;
+    const TEMPLATE: &'static str = include_str!("assets/zones_page.html");
 
-    fn head(&self) -> (&str, &str, u64) {
-        (&self.design, &self.version, self.seed)
+    fn head(&self) -> (&str, &str, u64, &[FileRecord]) {
+        (&self.design, &self.version, self.seed, &self.inputs)
     }
 
     fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
-        Ok(json!({
-            "zones": zones::zones(album, folder)?,
-            "provenance": zones::provenance(&folder.file),
-        }))
+        Ok(json!({"zones": zones::zones(album, folder)?}))
     }
 }
 
@@ -376,9 +361,10 @@ pub fn style_of_pictures() -> String {
 
 /// The page that `template` makes of `values`, of the results in `directory`.
 fn rendered(template: &str, values: &Value, directory: &Path) -> Result<String> {
+    let template = MACROS.concat() + template;
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    environment.add_template("page.html", template)?;
+    environment.add_template("page.html", &template)?;
     let template = environment.get_template("page.html")?;
     // The template engine drops the last newline.
     let html = template.render(Serde(values))? + "\n";
