@@ -41,7 +41,7 @@ pub use map::{
 pub use near_field::{NearFieldMap, near_field_map};
 pub use orders::grating_lobes;
 pub use pareto::pareto_front;
-pub use sample_distribution::{CumulativeShare, MarkedValue, sample_distribution};
+pub use sample_distribution::{MarkedValue, sample_distribution};
 pub use search_convergence::search_convergence;
 pub use section::{Section, cross_section};
 

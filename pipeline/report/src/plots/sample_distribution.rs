@@ -5,6 +5,7 @@
 use anyhow::{Result, ensure};
 
 use metrics::quantity::{Quantity, Unit};
+use results::tolerance::CumulativeShareEntry;
 
 use super::Heading;
 use super::draw::canvas::{Pen, Picture};
@@ -16,17 +17,6 @@ use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH};
 
 /// Room beside the values, as a share of what they span.
 const ROOM: f64 = 0.05;
-
-/// A value with the share of packages at or below it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CumulativeShare {
-    /// Value of the figure.
-    pub value: f64,
-    /// Share of packages.
-    pub share: f64,
-    /// 95 % interval of the share.
-    pub interval: [f64; 2],
-}
 
 /// A vertical line with its name.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +34,7 @@ pub struct MarkedValue {
 pub fn sample_distribution(
     heading: &Heading,
     (name, unit): (&str, Unit),
-    shares: &[CumulativeShare],
+    shares: &[CumulativeShareEntry],
     nominal: &MarkedValue,
     limits: &[MarkedValue],
 ) -> Result<Picture> {
@@ -72,12 +62,12 @@ pub fn sample_distribution(
     };
     let canvas = &mut sheet.canvas;
     panel.grid(canvas);
-    let line = |of: &dyn Fn(&CumulativeShare) -> f64| -> Vec<[f64; 2]> {
+    let line = |of: &dyn Fn(&CumulativeShareEntry) -> f64| -> Vec<[f64; 2]> {
         let points = shares.iter().map(|one| panel.at(one.value, of(one)));
         points.collect()
     };
-    let mut band = line(&|one| one.interval[1]);
-    band.extend(line(&|one| one.interval[0]).into_iter().rev());
+    let mut band = line(&|one| one.interval_95[1]);
+    band.extend(line(&|one| one.interval_95[0]).into_iter().rev());
     canvas.polygon(&band, colour.with_opacity(0.25));
     canvas.polyline(&line(&|one| one.share), &curve);
     for (mark, pen) in limits.iter().map(|limit| (limit, &solid)).chain([(nominal, &dashed)]) {
@@ -96,16 +86,16 @@ mod tests {
     #[test]
     fn pictures_differ_with_their_shares_and_limits() {
         let heading = Heading::new("distribution", "test");
-        let shares = |shift: f64| -> Vec<CumulativeShare> {
-            let one = |k: i32| CumulativeShare {
+        let shares = |shift: f64| -> Vec<CumulativeShareEntry> {
+            let one = |k: i32| CumulativeShareEntry {
                 value: 0.5 + 0.01 * f64::from(k) + shift,
                 share: f64::from(k) / 10.0,
-                interval: [f64::from(k) / 12.0, f64::from(k + 1) / 11.0],
+                interval_95: [f64::from(k) / 12.0, f64::from(k + 1) / 11.0],
             };
             (1..=10).map(one).collect()
         };
         let mark = |label: &str, value| MarkedValue { label: label.to_owned(), value };
-        let draw = |shares: &[CumulativeShare], limits: &[MarkedValue]| {
+        let draw = |shares: &[CumulativeShareEntry], limits: &[MarkedValue]| {
             let nominal = mark("without deviations", 0.62);
             sample_distribution(&heading, ("uniformity", Unit::Fraction), shares, &nominal, limits)
         };
