@@ -69,9 +69,11 @@ pub fn colour_map(picture: &ColourPlane) -> Result<Picture> {
     let [mut left, mut right] = [sheet.body; 2];
     (left.right, right.left) = (sheet.body.centre()[0], sheet.body.centre()[0]);
 
-    let real = Brightness::new(map);
+    // The brightest channel of all bins is full.
+    let resolved = map.bins.iter().filter(|bin| bin.colour.is_some());
+    let full = resolved.map(|bin| largest_channel(bin.xyz)).fold(f64::MIN_POSITIVE, f64::max);
     let words = "as it looks, linear in luminance";
-    draw(&mut sheet, left, picture, words, |bin| bin.colour.map(|_| real.of(bin.xyz)));
+    draw(&mut sheet, left, picture, words, |bin| real_beside(bin, full));
     let quantity = Quantity::new("Δu'v' from the mean", Unit::Relative);
     let levels = PanelAxis::linear(&quantity, [0.0, high], 6);
     let words = format!("Δu'v' from the mean, 0 to {}", significant(high, 2));
@@ -112,18 +114,9 @@ fn draw(
     panel
 }
 
-/// Real colours whose brightest channel is full.
-struct Brightness(f64);
-
-impl Brightness {
-    fn new(map: &ColourMap) -> Self {
-        let resolved = map.bins.iter().filter(|bin| bin.colour.is_some());
-        Self(resolved.map(|bin| largest_channel(bin.xyz)).fold(f64::MIN_POSITIVE, f64::max))
-    }
-
-    fn of(&self, xyz: [f64; 3]) -> Colour {
-        real(xyz.map(|v| v / self.0))
-    }
+/// The real colour of a bin, where it is resolved, beside channels of at most `full`.
+fn real_beside(bin: &ColourBin, full: f64) -> Option<Colour> {
+    bin.colour.map(|_| real(bin.xyz.map(|v| v / full)))
 }
 
 /// Draws u' and v' less those of all light over the polar angle, above the colours as they look at
@@ -148,8 +141,7 @@ pub fn colour_over_angle(picture: &AngleColours) -> Result<Picture> {
     let pens = curve_pens(LineColours::Ordered, 2, &[]);
     let firsts: Vec<Curve> = curves.iter().filter_map(|runs| runs.first().cloned()).collect();
     let mut legend = curve_legend(&firsts, &pens);
-    let is_unresolved = map.bins.iter().any(|bin| bin.colour.is_none());
-    if is_unresolved {
+    if map.bins.iter().any(|bin| bin.colour.is_none()) {
         legend.push(Entry::new(Sample::Area(UNRESOLVED[0]), "not resolved"));
     }
     let mut sheet = Sheet::new(WIDTH, HEIGHT, picture.heading, &legend);
@@ -185,8 +177,7 @@ fn draw_strip(canvas: &mut Canvas, area: Rect, bin: &ColourBin) {
     // Neighbours overlap by a little, so that nothing shines through between them.
     let area = Rect::new(area.left, area.top, area.right + 0.5, area.bottom);
     let full = largest_channel(bin.xyz).max(f64::MIN_POSITIVE);
-    let colour = bin.colour.map(|_| real(bin.xyz.map(|v| v / full)));
-    canvas.rectangle(area, colour.unwrap_or(UNRESOLVED[0]));
+    canvas.rectangle(area, real_beside(bin, full).unwrap_or(UNRESOLVED[0]));
 }
 
 /// Runs of rings that are resolved, of u' (0) or v' (1) less the mean.

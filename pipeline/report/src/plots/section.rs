@@ -13,6 +13,7 @@ use super::draw::line_colours::LineColours;
 use super::draw::palette::LED_GROUND;
 use super::draw::panel::{BAND_ERRORS, Mark, Panel, PanelAxis, TICK_SIZE, draw_marks};
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, curve_legend, curve_pens};
+use super::map::LEVELS;
 
 /// A cross-section with the LEDs below it.
 #[derive(Clone, Copy, Debug)]
@@ -37,12 +38,8 @@ pub struct Section<'a> {
     pub range: Option<[f64; 2]>,
 }
 
-/// Ratio of the largest value to the start of the logarithmic axis: the 256 levels of the paper's
-/// equation 2.
-const LEVELS: f64 = 256.0;
-
-/// Draws a section, linear above and logarithmic below, from the largest value down to a 256th of
-/// it at most.
+/// Draws a section, linear above and logarithmic below, from the largest value down to one of
+/// [`LEVELS`] parts of it at most.
 ///
 /// # Errors
 /// No curves, or an LED whose end lies before its start.
