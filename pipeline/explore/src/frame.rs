@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What one trace shows: figures, ledger and pictures, as the page reads them.
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use metrics::digits::thousands;
@@ -29,7 +30,7 @@ const MAIN: [&str; 6] = [
 const NEGLIGIBLE: f64 = 5e-7;
 
 /// Rings that are solved, and what that means for the picture.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct WavesState {
     /// Bands that have a table.
     pub solved: usize,
@@ -81,9 +82,7 @@ impl Parts<'_> {
             "last": self.last,
             "model": self.model,
             "label": self.result.label,
-            "waves": self.waves.map(|waves| {
-                json!({"solved": waves.solved, "rings": waves.rings, "words": waves.words})
-            }),
+            "waves": self.waves,
             "figures": self.figures(),
             "ledger": self.ledger(),
             "warnings": self.warnings.iter().cloned().chain(self.other_units()).collect::<Vec<_>>(),
