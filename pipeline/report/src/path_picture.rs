@@ -111,7 +111,7 @@ fn picture(
     });
     section.panel.frame(canvas);
     section.write_names(canvas);
-    sheet.finish()
+    sheet.canvas.finish()
 }
 
 /// Dashes of what lies beside the plane.

@@ -74,7 +74,7 @@ pub fn share_bars(
         }
     }
     panel.frame(&mut sheet.canvas);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 #[cfg(test)]

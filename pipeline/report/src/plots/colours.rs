@@ -84,7 +84,7 @@ pub fn colour_map(picture: &ColourPlane) -> Result<Picture> {
     });
     let bar = colour_bar(&mut sheet.canvas, &panel, &levels, glow);
     sheet.canvas.cut((panel.area.bottom + BELOW).max(bar.bottom + 20.0));
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 /// Draws one of the maps in this room.
@@ -170,7 +170,7 @@ pub fn colour_over_angle(picture: &AngleColours) -> Result<Picture> {
     let room = upper.number_room();
     upper.frame_with_room(&mut sheet.canvas, room);
     lower.frame_with_room(&mut sheet.canvas, room);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 fn draw_strip(canvas: &mut Canvas, area: Rect, bin: &ColourBin) {

@@ -118,7 +118,7 @@ pub fn convergence(
         let letters = Letters::new(LABEL_SIZE, Align::Centre).bold();
         canvas.text(&r.title, place, &letters);
     }
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 /// Distances of panels, pixels.

@@ -265,7 +265,7 @@ impl Chart {
                 sheet.canvas.text(part, [body.left - 14.0, y], &names);
             }
         }
-        Ok(sheet.finish())
+        Ok(sheet.canvas.finish())
     }
 
     /// The range of a column, with a margin.
@@ -446,7 +446,7 @@ mod tests {
     #[test]
     fn an_axis_holds_all_its_numbers() {
         let chart = Chart::default();
-        let [low, high] = chart.scale([0.5, 0.88, 0.92, 0.95].into_iter()).ends();
+        let [low, high] = chart.scale([0.5, 0.88, 0.92, 0.95].into_iter());
         assert!(low < 0.5 && high > 0.95);
     }
 }

@@ -99,7 +99,7 @@ pub fn far_field_cartesian(far_field: &FarField) -> Result<Picture> {
     let mut sheet = far_field.sheet(WIDTH, HEIGHT);
     let area = sheet.body.inset(75.0, 12.0, 10.0, 65.0);
     draw_cartesian(&mut sheet.canvas, area, far_field, 12);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 /// Intensity as radius over θ as angle from the vertical axis, with error bands.
@@ -111,7 +111,7 @@ pub fn far_field_polar(far_field: &FarField) -> Result<Picture> {
     let mut sheet = far_field.sheet(WIDTH, 820);
     let body = sheet.body;
     draw_polar(&mut sheet.canvas, body, far_field);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 /// Far fields of single elements (figures 3 and 4 of the paper): left as they are over θ, right
@@ -144,7 +144,7 @@ pub fn element_far_fields(far_field: &FarField) -> Result<Picture> {
     let left = left.inset(75.0, 5.0, 0.0, 65.0);
     draw_cartesian(&mut sheet.canvas, left, far_field, 7);
     draw_polar(&mut sheet.canvas, right, &normalised);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 fn draw_cartesian(canvas: &mut Canvas, area: Rect, far_field: &FarField, count: usize) {

@@ -76,7 +76,7 @@ pub fn illuminance_map(picture: &IlluminanceMap) -> Result<Picture> {
     let bottom = draw(&mut sheet, left, picture, MapScale::Linear)?;
     draw(&mut sheet, right, picture, MapScale::Logarithmic)?;
     sheet.canvas.cut(bottom);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 /// Draws a map on one scale.
@@ -88,7 +88,7 @@ pub fn map_on_scale(picture: &IlluminanceMap, scale: MapScale) -> Result<Picture
     let body = sheet.body;
     let bottom = draw(&mut sheet, body, picture, scale)?;
     sheet.canvas.cut(bottom);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 fn legend(picture: &IlluminanceMap) -> Vec<Entry> {

@@ -80,7 +80,7 @@ pub fn near_field_map(picture: &NearFieldMap) -> Result<Picture> {
     }
     panel.frame(canvas);
     colour_bar(canvas, &panel, &levels, glow);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 /// The surface in every period that shows, white on a dark rim.

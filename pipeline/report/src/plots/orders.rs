@@ -72,7 +72,7 @@ pub fn grating_lobes(
             sheet.canvas.text(&title, place, &letters);
         }
     }
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 fn on_side(lobes: &[LobeEntry], side: &'static str) -> impl Iterator<Item = &LobeEntry> {

@@ -63,7 +63,7 @@ pub fn pareto_front(
         });
     }
     panel.frame(canvas);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 /// Ends of the bar of a figure.

@@ -76,7 +76,7 @@ pub fn sample_distribution(
         });
     }
     panel.frame(canvas);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 #[cfg(test)]

@@ -39,5 +39,5 @@ pub fn search_convergence(heading: &Heading, curves: &[Curve]) -> Result<Picture
     panel.grid(canvas);
     panel.curves(canvas, curves, &pens);
     panel.frame(canvas);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }

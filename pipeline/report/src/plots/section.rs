@@ -93,7 +93,7 @@ pub fn cross_section(section: &Section) -> Result<Picture> {
         draw(&mut sheet.canvas, panel, section, &pens);
         panel.frame_with_room(&mut sheet.canvas, room);
     }
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 fn draw(canvas: &mut Canvas, panel: &Panel, section: &Section, pens: &[Pen]) {
