@@ -29,17 +29,6 @@ pub struct ColourPlane<'a> {
     pub leds: &'a [LedOutline],
 }
 
-/// Colours over the polar angle.
-#[derive(Clone, Copy, Debug)]
-pub struct AngleColours<'a> {
-    /// Title, design and model.
-    pub heading: &'a Heading,
-    /// Edges of the recorded rings, degrees.
-    pub axis: &'a Axis,
-    /// Colours of one column of rings.
-    pub map: &'a ColourMap,
-}
-
 /// Ground of what is not resolved, and the lines over it.
 const UNRESOLVED: [Colour; 2] = [Colour::new(205, 205, 210), Colour::new(185, 185, 191)];
 /// Lines of the hatch over the longer side of a picture.
@@ -49,10 +38,7 @@ const HATCH: usize = 60;
 const MIN_SCALE: f64 = 1e-4;
 
 /// Draws the colours as they look beside their differences Δu'v' from the mean, the y axis upwards.
-///
-/// # Errors
-/// None for axes that belong to the map.
-pub fn colour_map(picture: &ColourPlane) -> Result<Picture> {
+pub fn colour_map(picture: &ColourPlane) -> Picture {
     let map = picture.map;
     let bins = 0..map.bins.len();
     let lengths: Vec<Option<f64>> =
@@ -84,7 +70,7 @@ pub fn colour_map(picture: &ColourPlane) -> Result<Picture> {
     });
     let bar = colour_bar(&mut sheet.canvas, &panel, &levels, glow);
     sheet.canvas.cut((panel.area.bottom + BELOW).max(bar.bottom + 20.0));
-    Ok(sheet.canvas.finish())
+    sheet.canvas.finish()
 }
 
 /// Draws one of the maps in this room.
@@ -120,13 +106,12 @@ fn real_beside(bin: &ColourBin, full: f64) -> Option<Colour> {
 }
 
 /// Draws u' and v' less those of all light over the polar angle, above the colours as they look at
-/// one luminance.
+/// one luminance; `map` has one column of rings, with their edges in degrees on `axis`.
 ///
 /// # Errors
-/// None for axes that belong to the map.
-pub fn colour_over_angle(picture: &AngleColours) -> Result<Picture> {
-    let map = picture.map;
-    let edges = picture.axis.edges();
+/// None for an axis that belongs to the map.
+pub fn colour_over_angle(heading: &Heading, axis: &Axis, map: &ColourMap) -> Result<Picture> {
+    let edges = axis.edges();
     let ring = |bin: usize| {
         let first = bin * map.together[1];
         [edges[first], edges[(first + map.together[1]).min(edges.len() - 1)]]
@@ -144,11 +129,11 @@ pub fn colour_over_angle(picture: &AngleColours) -> Result<Picture> {
     if map.bins.iter().any(|bin| bin.colour.is_none()) {
         legend.push(Entry::new(Sample::Area(UNRESOLVED[0]), "not resolved"));
     }
-    let mut sheet = Sheet::new(WIDTH, HEIGHT, picture.heading, &legend);
+    let mut sheet = Sheet::new(WIDTH, HEIGHT, heading, &legend);
     let body = sheet.body.inset(75.0, 5.0, 10.0, 65.0);
     let strip = Rect::new(body.left, body.bottom - 60.0, body.right, body.bottom);
-    let [low, high] = picture.axis.range();
-    let x = PanelAxis::position(picture.axis.quantity(), low, high, 10);
+    let [low, high] = axis.range();
+    let x = PanelAxis::position(axis.quantity(), low, high, 10);
     let quantity = Quantity::new("difference from the mean", Unit::Relative);
     let y = PanelAxis::linear(&quantity, [-reach, reach], 7);
     let area = Rect::new(body.left, body.top, body.right, strip.top - 20.0);
@@ -236,7 +221,7 @@ mod tests {
             map: &map,
             leds: &[],
         });
-        let picture = decode(&picture.expect("drawn"));
+        let picture = decode(&picture);
         let colour = |x: u32, y: u32| {
             let p = picture.pixel(x, y).expect("a pixel");
             [p.red(), p.green(), p.blue()]
@@ -262,7 +247,6 @@ mod tests {
         let ends: Vec<&[f64]> = runs.iter().map(Curve::x).collect();
         assert_eq!(ends, [&[7.5, 22.5][..], &[52.5, 67.5]]);
         let heading = Heading::new("Colours", "D1");
-        let picture = AngleColours { heading: &heading, axis: &axis, map: &map };
-        assert!(colour_over_angle(&picture).is_ok());
+        assert!(colour_over_angle(&heading, &axis, &map).is_ok());
     }
 }

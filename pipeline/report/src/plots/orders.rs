@@ -84,7 +84,7 @@ fn stem_panel(area: Rect, lobes: &[LobeEntry], side: &'static str, named: bool) 
     let angle = Quantity::new("angle to the surface normal", Unit::Degree);
     let top = on_side(lobes, side).fold(0.0f64, |top, lobe| top.max(lobe.share));
     let power = [0.0, if top > 0.0 { top * 1.1 } else { 1.0 }];
-    let mut x = PanelAxis::angle(&angle, -90.0, 90.0, 15.0);
+    let mut x = PanelAxis::position(&angle, -90.0, 90.0, 12);
     if !named {
         x.label.clear();
     }

@@ -64,16 +64,6 @@ impl PanelAxis {
         Self { scale, ticks, label, numbered: true }
     }
 
-    /// An axis of angles in degrees with a tick every `step`.
-    pub fn angle(quantity: &Quantity, low: f64, high: f64, step: f64) -> Self {
-        Self {
-            scale: AxisScale::Linear { low, high },
-            ticks: every(low, high, step),
-            label: quantity.label(),
-            numbered: true,
-        }
-    }
-
     /// The axis for a position: angles over at least half a right angle get ticks at multiples of
     /// 5°, 10°, 15° or 30°.
     pub fn position(quantity: &Quantity, low: f64, high: f64, count: usize) -> Self {
@@ -83,7 +73,12 @@ impl PanelAxis {
                 .into_iter()
                 .find(|&step| step >= wanted)
                 .unwrap_or(90.0);
-            Self::angle(quantity, low, high, step)
+            Self {
+                scale: AxisScale::Linear { low, high },
+                ticks: every(low, high, step),
+                label: quantity.label(),
+                numbered: true,
+            }
         } else {
             Self::linear(quantity, [low, high], count)
         }
