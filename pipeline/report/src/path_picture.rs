@@ -192,7 +192,7 @@ impl Section<'_> {
         let drawing = self.drawing;
         let mut solids: Vec<&SolidDrawing> = drawing.solids.iter().collect();
         solids.sort_by(|a, b| extent(b).total_cmp(&extent(a)));
-        let half = self.panel.x.scale.ends()[1];
+        let half = self.panel.x.scale.ends[1];
         // The package, and those beside it that the plane cuts as it does this one.
         let beside = drawing.neighbours(half + drawing.radius_mm);
         let places: Vec<f64> = beside
@@ -251,7 +251,7 @@ impl Section<'_> {
                 }
             }
         });
-        let half = self.panel.x.scale.ends()[1];
+        let half = self.panel.x.scale.ends[1];
         let points = || solid.lines_mm.iter().flat_map(|(line, _)| line);
         let [left, right] = ends(points().map(|[x, _]| *x));
         // Out of sight.
@@ -268,7 +268,7 @@ impl Section<'_> {
 
     /// The mirror, and the floor beyond it.
     fn ground(&mut self, canvas: &mut Canvas) {
-        let half = self.panel.x.scale.ends()[1];
+        let half = self.panel.x.scale.ends[1];
         let mirror = self.drawing.mirror_half_mm.min(half);
         let below = |x: f64| {
             let [x, y] = self.at([x, 0.0]);
@@ -312,7 +312,7 @@ impl Section<'_> {
 
     /// Point at which a ray from inside leaves the axes; its start if it lies outside.
     fn exit(&self, from: [f64; 2], along: [f64; 2]) -> [f64; 2] {
-        let ends = [self.panel.x.scale.ends(), self.panel.y.scale.ends()];
+        let ends = [self.panel.x.scale.ends, self.panel.y.scale.ends];
         let until = |k: usize| match along[k] {
             d if d > 0.0 => (ends[k][1] - from[k]) / d,
             d if d < 0.0 => (ends[k][0] - from[k]) / d,
@@ -326,7 +326,7 @@ impl Section<'_> {
     fn dimensions(&self, canvas: &mut Canvas) {
         let Rect { left, right, top, bottom } = self.panel.area;
         let middle = self.at([0.0, 0.0]);
-        let step = round_step(0.12 * self.panel.x.scale.ends()[1]);
+        let step = round_step(0.12 * self.panel.x.scale.ends[1]);
         let [from, to] = [0.0, self.at([step, 0.0])[0] - middle[0]].map(|x| x + left + 20.0);
         let plane = self.at([0.0, self.drawing.plane_mm])[1];
         let y = top + 24.0;

@@ -108,7 +108,7 @@ fn draw(canvas: &mut Canvas, panel: &Panel, section: &Section, pens: &[Pen]) {
     panel.grid(canvas);
     panel.curves(canvas, section.curves, pens);
     if let Some((value, name)) = section.level {
-        let [_, y] = panel.at(panel.x.scale.ends()[0], value);
+        let [_, y] = panel.at(panel.x.scale.ends[0], value);
         canvas.line([area.left, y], [area.right, y], &LEVEL);
         let letters = Letters::new(TICK_SIZE, Align::Centre);
         canvas.text_with_rim(name, [area.centre()[0], y - 14.0], &letters);

@@ -36,13 +36,13 @@ pub struct PanelAxis {
 impl PanelAxis {
     /// A linear axis with about `count` ticks. Fractions are numbered in per cent; a common power
     /// of ten moves into the label.
-    pub fn linear(quantity: &Quantity, [low, high]: [f64; 2], count: usize) -> Self {
-        let scale = AxisScale::Linear { low, high };
+    pub fn linear(quantity: &Quantity, ends: [f64; 2], count: usize) -> Self {
+        let scale = AxisScale::linear(ends);
         if quantity.unit().is_percentage() {
             let name = Quantity::new(quantity.name(), Unit::Relative).label();
             return Self::scaled(format!("{name} (%)"), scale, 0.01, count);
         }
-        let power = common_power(low.abs().max(high.abs()));
+        let power = common_power(ends[0].abs().max(ends[1].abs()));
         let label = with_power(quantity, power);
         Self::scaled(label, scale, 10f64.powi(power), count)
     }
@@ -52,7 +52,7 @@ impl PanelAxis {
         let power =
             if (high / low).log10() < DECADES_WITH_FACTORS { common_power(high) } else { 0 };
         let label = with_power(quantity, power);
-        Self::scaled(label, AxisScale::Log { low, high }, 10f64.powi(power), count)
+        Self::scaled(label, AxisScale::log([low, high]), 10f64.powi(power), count)
     }
 
     /// An axis numbered in multiples of `unit`.
@@ -74,7 +74,7 @@ impl PanelAxis {
                 .find(|&step| step >= wanted)
                 .unwrap_or(90.0);
             Self {
-                scale: AxisScale::Linear { low, high },
+                scale: AxisScale::linear([low, high]),
                 ticks: every(low, high, step),
                 label: quantity.label(),
                 numbered: true,
@@ -87,7 +87,7 @@ impl PanelAxis {
     /// A linear axis without ticks and name.
     pub fn blank(low: f64, high: f64) -> Self {
         Self {
-            scale: AxisScale::Linear { low, high },
+            scale: AxisScale::linear([low, high]),
             ticks: Vec::new(),
             label: String::new(),
             numbered: false,
@@ -146,9 +146,8 @@ impl Panel {
     pub fn grid(&self, canvas: &mut Canvas) {
         let Rect { left, top, right, bottom } = self.area;
         let ends = |axis: &PanelAxis| {
-            let log = matches!(axis.scale, AxisScale::Log { .. });
-            let ends = axis.scale.ends().map(|end| end.to_string()).join(" ");
-            ends + if log { " log" } else { "" }
+            let ends = axis.scale.ends.map(|end| end.to_string()).join(" ");
+            ends + if axis.scale.is_log { " log" } else { "" }
         };
         let area = format!("{left:.2} {top:.2} {right:.2} {bottom:.2}");
         let attributes =
