@@ -12,7 +12,7 @@ use metrics::Grouped;
 use metrics::chromaticity::Tristimulus;
 use metrics::colour_map::ColourMap;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
-use report::plots::{ColourPlane, Heading, LedOutline, colour_map, colour_over_angle};
+use report::plots::{Heading, LedOutline, colour_map, colour_over_angle};
 use simulate::observation::colours::ColourArrays;
 
 use super::ModelFiles;
@@ -89,8 +89,7 @@ pub(super) fn draw_map(
     let Some(map) = ColourMap::new(colours, bins, &vec![1.0; bins[0] * bins[1]]) else {
         return Ok(None);
     };
-    let picture = colour_map(&ColourPlane { heading, axes, map: &map, leds });
-    write_bytes(path, &picture.png()?).map(Some)
+    write_bytes(path, &colour_map(heading, axes, &map, leds).png()?).map(Some)
 }
 
 impl ModelFiles<'_> {

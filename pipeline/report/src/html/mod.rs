@@ -186,7 +186,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let models = models::models(folder)?;
     models.iter().try_for_each(|model| model.complete(folder))?;
     let listed = orders::listed(&models, folder);
-    let embedded = orders::embed(&listed, source)?;
+    let (orders, found) = orders::embed(&listed, source)?;
     let fields = models
         .iter()
         .map(|model| FarFieldTable::read(model, folder))
@@ -212,7 +212,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let data = json!({
         "models": of_models.map(of_model).collect::<Vec<_>>(),
         "fates": scene_3d::fates(),
-        "orders": embedded.json,
+        "orders": orders,
         "palette": palette(),
     });
 
@@ -264,9 +264,9 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "far_polar": far_polar,
         "map": map,
         "profile": profile,
-        "bsdf_note": bsdf_note(embedded.found, &embedded.json),
-        "tables_found": embedded.found.0,
-        "tables_listed": embedded.found.1,
+        "bsdf_note": bsdf_note(found, &orders),
+        "tables_found": found.0,
+        "tables_listed": found.1,
         "before_after": album.before_after(search.as_ref(), contents)?,
         "optimisation": optimisation::optimisation(&mut album, search.as_ref(), &models)?,
         "tolerance": tolerance.transpose()?,
@@ -283,7 +283,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     values["map_words"] = maps::words(&models, &packages).into();
     values["colours"] =
         json!({"tables": tables::colours(&models), "pictures": pictures_of_colours});
-    Ok(Page { html: rendered(TEMPLATE, &values, folder.directory())?, tables: embedded.found })
+    Ok(Page { html: rendered(TEMPLATE, &values, folder.directory())?, tables: found })
 }
 
 impl PageFile for ToleranceResultsFile {

@@ -16,19 +16,6 @@ use super::draw::scale::significant;
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, curve_legend, curve_pens};
 use super::map::{BELOW, LedOutline, draw_led, map_panel};
 
-/// A map of colours over a plane.
-#[derive(Clone, Copy, Debug)]
-pub struct ColourPlane<'a> {
-    /// Title, design and model.
-    pub heading: &'a Heading,
-    /// Axes of the recorded bins: columns, rows.
-    pub axes: [&'a Axis; 2],
-    /// Colours in bins of recorded ones.
-    pub map: &'a ColourMap,
-    /// LEDs under the plane.
-    pub leds: &'a [LedOutline],
-}
-
 /// Ground of what is not resolved, and the lines over it.
 const UNRESOLVED: [Colour; 2] = [Colour::new(205, 205, 210), Colour::new(185, 185, 191)];
 /// Lines of the hatch over the longer side of a picture.
@@ -38,32 +25,54 @@ const HATCH: usize = 60;
 const MIN_SCALE: f64 = 1e-4;
 
 /// Draws the colours as they look beside their differences Δu'v' from the mean, the y axis upwards.
-pub fn colour_map(picture: &ColourPlane) -> Picture {
-    let map = picture.map;
+/// The bins of `map` hold recorded ones, whose columns and rows are `axes`.
+pub fn colour_map(
+    heading: &Heading,
+    axes: [&Axis; 2],
+    map: &ColourMap,
+    leds: &[LedOutline],
+) -> Picture {
     let bins = 0..map.bins.len();
     let lengths: Vec<Option<f64>> =
         bins.map(|bin| map.difference(bin).map(|[u, v]| u.hypot(v))).collect();
     let high = lengths.iter().flatten().copied().fold(MIN_SCALE, f64::max);
     let mut legend = Vec::new();
-    if !picture.leds.is_empty() {
+    if !leds.is_empty() {
         legend.push(Entry::new(Sample::Frame(super::palette::LED), "LED"));
     }
     if lengths.iter().any(Option::is_none) {
         legend.push(Entry::new(Sample::Area(UNRESOLVED[0]), "not resolved"));
     }
-    let mut sheet = Sheet::new(1600, 770, picture.heading, &legend);
+    let mut sheet = Sheet::new(1600, 770, heading, &legend);
     let [mut left, mut right] = [sheet.body; 2];
     (left.right, right.left) = (sheet.body.centre()[0], sheet.body.centre()[0]);
+    let recorded = axes.map(Axis::bins);
+    let step = (recorded[0].max(recorded[1]) / HATCH).max(1);
+    let mut draw = |room: Rect, words: &str, colour: &dyn Fn(&ColourBin) -> Option<Colour>| {
+        let panel = map_panel(&mut sheet, room, axes);
+        let canvas = &mut sheet.canvas;
+        canvas.image(panel.area, recorded, false, |column, row| {
+            let row = recorded[1] - 1 - row;
+            let bin = row / map.together[1] * map.size[0] + column / map.together[0];
+            colour(&map.bins[bin]).unwrap_or(UNRESOLVED[(column + row) / step % 2])
+        });
+        let letters = Letters::new(LABEL_SIZE, Align::Left).bold();
+        canvas.text(words, [panel.area.left, panel.area.top - 18.0], &letters);
+        for led in leds {
+            draw_led(canvas, &panel, led);
+        }
+        panel.frame(canvas);
+        panel
+    };
 
     // The brightest channel of all bins is full.
     let resolved = map.bins.iter().filter(|bin| bin.colour.is_some());
     let full = resolved.map(|bin| largest_channel(bin.xyz)).fold(f64::MIN_POSITIVE, f64::max);
-    let words = "as it looks, linear in luminance";
-    draw(&mut sheet, left, picture, words, |bin| real_beside(bin, full));
+    draw(left, "as it looks, linear in luminance", &|bin| real_beside(bin, full));
     let quantity = Quantity::new("Δu'v' from the mean", Unit::Relative);
     let levels = PanelAxis::linear(&quantity, [0.0, high], 6);
     let words = format!("Δu'v' from the mean, 0 to {}", significant(high, 2));
-    let panel = draw(&mut sheet, right, picture, &words, |bin| {
+    let panel = draw(right, &words, &|bin| {
         let uv = bin.colour?.uv;
         let length = (uv[0] - map.mean.uv[0]).hypot(uv[1] - map.mean.uv[1]);
         Some(glow(levels.scale.share(length)))
@@ -71,33 +80,6 @@ pub fn colour_map(picture: &ColourPlane) -> Picture {
     let bar = colour_bar(&mut sheet.canvas, &panel, &levels, glow);
     sheet.canvas.cut((panel.area.bottom + BELOW).max(bar.bottom + 20.0));
     sheet.canvas.finish()
-}
-
-/// Draws one of the maps in this room.
-fn draw(
-    sheet: &mut Sheet,
-    room: Rect,
-    picture: &ColourPlane,
-    words: &str,
-    colour: impl Fn(&ColourBin) -> Option<Colour>,
-) -> Panel {
-    let panel = map_panel(sheet, room, picture.axes);
-    let map = picture.map;
-    let recorded = picture.axes.map(Axis::bins);
-    let step = (recorded[0].max(recorded[1]) / HATCH).max(1);
-    sheet.canvas.image(panel.area, recorded, false, |column, row| {
-        let row = recorded[1] - 1 - row;
-        let bin = row / map.together[1] * map.size[0] + column / map.together[0];
-        colour(&map.bins[bin]).unwrap_or(UNRESOLVED[(column + row) / step % 2])
-    });
-    let canvas = &mut sheet.canvas;
-    let letters = Letters::new(LABEL_SIZE, Align::Left).bold();
-    canvas.text(words, [panel.area.left, panel.area.top - 18.0], &letters);
-    for led in picture.leds {
-        draw_led(canvas, &panel, led);
-    }
-    panel.frame(canvas);
-    panel
 }
 
 /// The real colour of a bin, where it is resolved, beside channels of at most `full`.
@@ -215,12 +197,8 @@ mod tests {
         let axis = |name| {
             Axis::uniform(Quantity::new(name, Unit::Millimetre), -2.0, 2.0, 2).expect("an axis")
         };
-        let picture = colour_map(&ColourPlane {
-            heading: &Heading::new("Colours", "D1"),
-            axes: [&axis("x"), &axis("y")],
-            map: &map,
-            leds: &[],
-        });
+        let heading = Heading::new("Colours", "D1");
+        let picture = colour_map(&heading, [&axis("x"), &axis("y")], &map, &[]);
         let picture = decode(&picture);
         let colour = |x: u32, y: u32| {
             let p = picture.pixel(x, y).expect("a pixel");

@@ -25,7 +25,7 @@ mod search_convergence;
 mod section;
 
 pub use bars::{ShareBar, share_bars};
-pub use colours::{ColourPlane, colour_map, colour_over_angle};
+pub use colours::{colour_map, colour_over_angle};
 pub use convergence::{ErrorCurve, Refinement, convergence};
 pub use dots::{MarkedLine, marked_lines, published_vs_computed};
 pub use draw::canvas::Picture;
