@@ -31,7 +31,7 @@ use folder::{Folder, SealedFolder, is_one_of};
 use maps::shared_range;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
-use models::{FarFieldTable, Model, Plane};
+use models::{Contents, FarFieldTable, Model, Plane};
 use orders::Source;
 use pictures::{Album, cuts, designs};
 use serde_json::{Value, json};
@@ -198,6 +198,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     }
     let packages = models.iter().map(|model| model.package(folder));
     let packages = packages.collect::<Result<Vec<_>>>()?;
+    let of = Contents { models: &models, fields: &fields, maps: &maps, packages: &packages };
     let views = models.iter().zip(&packages);
     let views = views
         .map(|(model, package)| package::view_3d(model, package.as_ref(), folder, models.len()));
@@ -205,7 +206,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let of_model = |((model, field), (map, view)): ((&Model, &FarFieldTable), (&Plane, &Value))| {
         json!({
             "design": model.design, "label": model.label(),
-            "farField": field.to_json(), "map": map.to_json(shared_range(model, &models, &maps)), "view3d": view,
+            "farField": field.to_json(), "map": map.to_json(shared_range(model, of)), "view3d": view,
         })
     };
     let of_models = models.iter().zip(&fields).zip(maps.iter().zip(&views));
@@ -216,16 +217,10 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "palette": palette(),
     });
 
-    let contents = before_after::Contents {
-        models: &models,
-        fields: &fields,
-        maps: &maps,
-        packages: &packages,
-    };
     let (mut album, mut pictures) = (Album::default(), models::Pictures::new(folder));
-    let [far, far_polar] = album.far_fields(&models, &fields)?;
-    let sections = album.sections(&models, &packages);
-    let [map, profile] = album.maps(&models, &maps, &packages)?;
+    let [far, far_polar] = album.far_fields(of)?;
+    let sections = album.sections(of);
+    let [map, profile] = album.maps(of)?;
     let single = single_elements(&mut album, &results.figures)?;
     let mut labels: Vec<String> = models.iter().map(Model::label).collect();
     labels.sort();
@@ -249,7 +244,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "verdicts": models.iter().map(|m| verdict::verdict(m, search.as_ref())).collect::<Vec<_>>(),
         "labels": labels,
         "cuts": cuts(&fields),
-        "overview": package::overview(&models, &packages),
+        "overview": package::overview(of),
         "sections": sections,
         "has_view_3d": views.iter().any(|view| !view.is_null()),
         "fates": scene_3d::fates(),
@@ -267,7 +262,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "bsdf_note": bsdf_note(found, &orders),
         "tables_found": found.0,
         "tables_listed": found.1,
-        "before_after": album.before_after(search.as_ref(), contents)?,
+        "before_after": album.before_after(search.as_ref(), of)?,
         "optimisation": optimisation::optimisation(&mut album, search.as_ref(), &models)?,
         "tolerance": tolerance.transpose()?,
         "full_wave": full_wave::found(&mut album, folder.directory())?,
@@ -280,7 +275,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "single": single,
         "provenance": tables::provenance(folder, &models),
     });
-    values["map_words"] = maps::words(&models, &packages).into();
+    values["map_words"] = maps::words(of).into();
     values["colours"] =
         json!({"tables": tables::colours(&models), "pictures": pictures_of_colours});
     Ok(Page { html: rendered(TEMPLATE, &values, folder.directory())?, tables: found })

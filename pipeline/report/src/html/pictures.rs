@@ -15,7 +15,7 @@ use metrics::Estimate;
 use metrics::quantity::{Curve, Quantity, Unit};
 use results::schema::LobesEntry;
 
-use super::models::{FarFieldTable, Model};
+use super::models::{Contents, FarFieldTable, Model};
 use super::orders::Listed;
 use super::tables;
 use crate::convergence_study::ConvergenceStudy;
@@ -97,16 +97,12 @@ impl Album {
     ///
     /// # Errors
     /// Curves that cannot be drawn.
-    pub fn far_fields(
-        &mut self,
-        models: &[Model],
-        fields: &[FarFieldTable],
-    ) -> Result<[Vec<Value>; 2]> {
+    pub fn far_fields(&mut self, of: Contents) -> Result<[Vec<Value>; 2]> {
         let (mut straight, mut polar) = (Vec::new(), Vec::new());
-        let all: Vec<(&Model, &FarFieldTable)> = models.iter().zip(fields).collect();
+        let all: Vec<(&Model, &FarFieldTable)> = of.models.iter().zip(of.fields).collect();
         for design in all.chunk_by(|a, b| a.0.design == b.0.design) {
             let name = design[0].0.design;
-            for cut in cuts(fields) {
+            for cut in cuts(of.fields) {
                 for (scale, words) in [("absolute", ""), ("relative", ", each to its maximum")] {
                     let mut chosen = Chosen::default();
                     for (model, field) in design {
