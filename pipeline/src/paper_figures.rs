@@ -12,10 +12,8 @@ use glam::DVec3;
 use design::Design;
 use files::atomic_file::write_bytes;
 use files::run_context::RunContext;
-use metrics::quantity::{Curve, Quantity, Unit};
-use report::plots::{
-    FarField, Heading, LineColours, LobeSide, PlaneLobe, element_far_fields, grating_lobes,
-};
+use report::paper_figures::{ELEMENTS, elements_picture};
+use report::plots::{Heading, grating_lobes};
 use results::schema::{CurveEntry, CurvesEntry, LobeEntry, LobesEntry, PaperFigures};
 use simulate::cells::outline;
 use simulate::tables::{BandTable, DesignTables};
@@ -47,47 +45,23 @@ pub fn all(
         return Err(anyhow!("figures need the three designs, got {}", designs.len()));
     };
     let folder = out.join(FOLDER);
-    let third =
-        third(d1, context.seed).map(|curve| curve.trace(context)).collect::<Result<Vec<_>>>()?;
-    elements(
-        &folder.join(FILES[0]),
-        &Heading::new("Figure 3: single elements", "S1 to S6 as OS1, all others absorbing"),
-        &third,
-        LineColours::Ordered,
-    )?;
+    let draw = |k: usize, curves| -> Result<CurvesEntry> {
+        let figure = CurvesEntry { curves };
+        let picture = elements_picture(&figure, ELEMENTS[k])?;
+        write_bytes(&folder.join(FILES[k]), &picture.png()?)?;
+        Ok(figure)
+    };
+    let third = third(d1, context.seed).map(|curve| curve.trace(context));
+    let third = draw(0, third.collect::<Result<_>>()?)?;
     let fourth = fourth([d1, d2, d3], context.seed).map(|curve| curve.trace(context));
-    let fourth = fourth.into_iter().collect::<Result<Vec<_>>>()?;
-    elements(
-        &folder.join(FILES[1]),
-        &Heading::new(
-            "Figure 4: shapes of one element",
-            "S6 as OS1, OS2, OS3, all others absorbing",
-        ),
-        &fourth,
-        LineColours::Ordered,
-    )?;
+    let fourth = draw(1, fourth.into_iter().collect::<Result<_>>()?)?;
     let band = tables
         .bands
         .get(FIGURE_6 - 1)
         .and_then(Option::as_ref)
         .with_context(|| format!("D1 has no relief in band {FIGURE_6}"))?;
     let sixth = ring(&folder.join(FILES[2]), band)?;
-
-    let describe = |curves: &[Curve]| {
-        let curve = |c: &Curve| CurveEntry {
-            label: c.label().to_owned(),
-            theta_deg: c.x().to_vec(),
-            intensity_w_per_sr: c.value().to_vec(),
-            standard_error_w_per_sr: c.standard_error().to_vec(),
-        };
-        let curves = curves.iter().map(curve).collect();
-        Some(CurvesEntry { curves })
-    };
-    Ok(PaperFigures {
-        figure_3: describe(&third),
-        figure_4: describe(&fourth),
-        figure_6: Some(sixth),
-    })
+    Ok(PaperFigures { figure_3: Some(third), figure_4: Some(fourth), figure_6: Some(sixth) })
 }
 
 /// The traces of Figures 3 and 4; `designs` are D1, D2, D3.
@@ -128,80 +102,49 @@ impl<'a> ElementCurve<'a> {
         Self { plan, label }
     }
 
-    fn trace(&self, context: RunContext) -> Result<Curve> {
+    fn trace(&self, context: RunContext) -> Result<CurveEntry> {
         let surface = self.plan.surface(None)?;
-        let seen = self.plan.observe(&surface, context)?;
-        seen.azimuthal_mean(&self.label)
+        let mean = self.plan.observe(&surface, context)?.azimuthal_mean(&self.label)?;
+        Ok(CurveEntry {
+            label: mean.label().to_owned(),
+            theta_deg: mean.x().to_vec(),
+            intensity_w_per_sr: mean.value().to_vec(),
+            standard_error_w_per_sr: mean.standard_error().to_vec(),
+        })
     }
-}
-
-fn elements(path: &Path, heading: &Heading, curves: &[Curve], colours: LineColours) -> Result<()> {
-    let quantity = Quantity::new("intensity", Unit::WattPerSteradian);
-    let mirrored = curves.iter().map(Curve::mirrored).collect::<Result<Vec<_>>>()?;
-    write_bytes(
-        path,
-        &element_far_fields(&FarField {
-            heading,
-            quantity: &quantity,
-            curves: &mirrored,
-            colours,
-            numbers: &[],
-            peaks: &[],
-        })?
-        .png()?,
-    )
 }
 
 /// Normal incidence from the silicone on the ring of `band`: lobes of its unit cell by rays, orders
 /// by RCWA.
 fn ring(path: &Path, band: &BandTable) -> Result<LobesEntry> {
     let cell = &band.cell;
-    let rays = by_rays(band)?;
-    let orders = by_waves(band)?;
     let subtitle = format!(
         "S{FIGURE_6}, ring {}, period {:.2} µm, height {:.2} µm, normal incidence",
         cell.ring, cell.period_um, cell.depth_um
     );
-    let plane: Vec<PlaneLobe> = orders.iter().map(|(_, lobe)| *lobe).collect();
-    write_bytes(
-        path,
-        &grating_lobes(&Heading::new("Figure 6: rays and waves", subtitle), &rays, &plane)?
-            .png()?,
-    )?;
-    let side = |s: LobeSide| {
-        if s == LobeSide::Reflected { "reflected" } else { "transmitted" }
-    };
-    let lobe = |l: &PlaneLobe, order: Option<i32>| LobeEntry {
-        side: side(l.side).to_owned(),
-        theta_deg: l.angle_deg,
-        share: l.power,
-        order,
-    };
-    Ok(LobesEntry {
-        band: FIGURE_6,
-        ring: cell.ring,
-        rays: rays.iter().map(|l| lobe(l, None)).collect(),
-        rcwa: orders.iter().map(|(m, l)| lobe(l, Some(*m))).collect(),
-    })
+    let (rays, rcwa) = (by_rays(band)?, by_waves(band)?);
+    let heading = Heading::new("Figure 6: rays and waves", subtitle);
+    write_bytes(path, &grating_lobes(&heading, &rays, &rcwa)?.png()?)?;
+    Ok(LobesEntry { band: FIGURE_6, ring: cell.ring, rays, rcwa })
 }
 
-fn by_rays(band: &BandTable) -> Result<Vec<PlaneLobe>> {
+fn by_rays(band: &BandTable) -> Result<Vec<LobeEntry>> {
     let cell = UnitCell::new(&outline(&band.cell))?;
-    let lobes = cell.lobes(-DVec3::Z, Polarisation::Unpolarised).into_iter().map(|l| PlaneLobe {
-        side: if l.lobe.transport == Transport::Reflection {
-            LobeSide::Reflected
-        } else {
-            LobeSide::Transmitted
-        },
-        angle_deg: l.wo.x.atan2(l.wo.z.abs()).to_degrees(),
-        power: l.power,
+    let lobes = cell.lobes(-DVec3::Z, Polarisation::Unpolarised).into_iter().map(|l| {
+        let is_reflected = l.lobe.transport == Transport::Reflection;
+        LobeEntry {
+            side: if is_reflected { "reflected" } else { "transmitted" }.to_owned(),
+            theta_deg: l.wo.x.atan2(l.wo.z.abs()).to_degrees(),
+            share: l.power,
+            order: None,
+        }
     });
     Ok(lobes.collect())
 }
 
 /// Orders at exactly normal incidence, solved at the table's resolution: normal incidence lies
 /// between the nodes of a table.
-fn by_waves(band: &BandTable) -> Result<Vec<(i32, PlaneLobe)>> {
+fn by_waves(band: &BandTable) -> Result<Vec<LobeEntry>> {
     let interface = simulate::tables::interface(&band.cell, band.table.grid().wavelength)?;
     let header = band.table.header();
     let plan = interface.relief.slice_plan(header.slices).refined(2);
@@ -211,19 +154,19 @@ fn by_waves(band: &BandTable) -> Result<Vec<(i32, PlaneLobe)>> {
         rcwa::Truncation::new(header.truncation)?,
     )?;
     let sides = [
-        (rcwa::Side::Top, LobeSide::Reflected, interface.n_top.re),
-        (rcwa::Side::Bottom, LobeSide::Transmitted, interface.n_bottom.re),
+        (rcwa::Side::Top, "reflected", interface.n_top.re),
+        (rcwa::Side::Bottom, "transmitted", interface.n_bottom.re),
     ];
     let spacing = interface.order_spacing();
     let mut lobes = Vec::new();
-    for (side, lobe_side, index) in sides {
+    for (side, name, index) in sides {
         for order in solved.orders(side) {
-            let power = rcwa::Pol::BOTH
+            let share = rcwa::Pol::BOTH
                 .iter()
                 .map(|&p| 0.5 * solved.efficiency((rcwa::Side::Top, 0, p), (side, order)))
                 .sum();
-            let angle_deg = (f64::from(order) * spacing / index).asin().to_degrees();
-            lobes.push((order, PlaneLobe { side: lobe_side, angle_deg, power }));
+            let theta_deg = (f64::from(order) * spacing / index).asin().to_degrees();
+            lobes.push(LobeEntry { side: name.to_owned(), theta_deg, share, order: Some(order) });
         }
     }
     Ok(lobes)

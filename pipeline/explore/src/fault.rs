@@ -2,12 +2,12 @@
 //! A refusal with the key or the line that it is about, as the page shows it.
 
 use anyhow::Error;
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use design::ConfigError;
 
-/// A refusal.
-#[derive(Debug, Clone, PartialEq)]
+/// A refusal, as the page reads it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Fault {
     /// Dotted path of the key.
     key: Option<String>,
@@ -15,6 +15,7 @@ pub struct Fault {
     line: Option<usize>,
     message: String,
     /// True where what was asked for meets something that changed meanwhile.
+    #[serde(skip)]
     is_conflict: bool,
 }
 
@@ -61,11 +62,6 @@ impl Fault {
     /// The same about the key that was to be set, where it names none.
     pub fn about(self, key: &str) -> Self {
         Self { key: self.key.or_else(|| Some(key.to_owned())), ..self }
-    }
-
-    /// As the page reads it.
-    pub fn to_json(&self) -> Value {
-        json!({"key": self.key, "line": self.line, "message": self.message})
     }
 }
 

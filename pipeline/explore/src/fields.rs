@@ -9,6 +9,7 @@ use std::sync::OnceLock;
 use serde_json::{Value as Json, json};
 use toml::Value;
 
+use design::dotted_keys::number;
 use design::json_schema::{NumberKind, number_kind, of_designs};
 
 /// Keys that have a slider from the start, where the design has them.
@@ -153,10 +154,6 @@ impl Found<'_> {
             }
         }
     }
-}
-
-fn number(value: &Value) -> Option<f64> {
-    design::dotted_keys::number(value)
 }
 
 /// A point, with the bulge of the arc that ends there where it has one.

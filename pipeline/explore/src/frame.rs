@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What one trace shows: figures, ledger and pictures, as the page reads them.
 
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use metrics::digits::thousands;
@@ -10,7 +11,7 @@ use metrics::figures::{
     UNIFORMITY,
 };
 use metrics::quantity::Unit;
-use output::live::LivePicture;
+use output::live::LiveLight;
 use report::html::pictures::within_page;
 use results::figure_entry::FigureEntry;
 use results::optimisation::Verdict;
@@ -29,7 +30,7 @@ const MAIN: [&str; 6] = [
 const NEGLIGIBLE: f64 = 5e-7;
 
 /// Rings that are solved, and what that means for the picture.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub struct WavesState {
     /// Bands that have a table.
     pub solved: usize,
@@ -39,108 +40,80 @@ pub struct WavesState {
     pub words: String,
 }
 
-/// The parts of a frame.
-#[derive(Debug)]
-pub struct Parts<'a> {
-    /// Result of the model.
-    pub result: &'a ModelResult,
-    /// The model, as `POST model` names it.
-    pub model: &'a str,
-    /// Result of what stands beside, and changes from it by key.
-    pub beside: Option<&'a ModelResult>,
-    /// Paired changes from it.
-    pub changes: &'a [(String, FigureEntry)],
-    /// Pictures of the light.
-    pub pictures: &'a [LivePicture],
-    /// Section of the package, as a part of a page.
-    pub package: Option<&'a str>,
-    /// Package and paths in three dimensions; null before they are traced.
-    pub view: Value,
-    /// Tables of the hybrid.
-    pub waves: Option<&'a WavesState>,
-    /// What the design may say by mistake.
-    pub warnings: &'a [String],
-    /// True where no more paths follow.
-    pub last: bool,
+/// What a trace shows as the page reads it, with the result of what stands beside: `package` is the
+/// section of the package as a part of a page, and `warnings` say what the design may say by mistake.
+pub fn frame(
+    result: &ModelResult,
+    beside: Option<&ModelResult>,
+    light: &LiveLight,
+    package: Option<&str>,
+    warnings: &[String],
+) -> Value {
+    let drawn = light.pictures.iter().map(|one| {
+        let svg = within_page(&one.picture, &one.caption, one.id);
+        json!({"id": one.id, "caption": one.caption, "svg": svg})
+    });
+    let package = package.map(|svg| {
+        json!({"id": "package", "svg": svg,
+            "caption": "Section of the package nearest to the middle, with a few paths; it alone shines."})
+    });
+    let (now, before) = (rows(result), beside.map(rows));
+    let other_units = before.as_ref().and_then(|before| other_units(&now, before));
+    json!({
+        "paths": result.paths,
+        "paths_text": thousands(result.paths),
+        "label": result.label,
+        "figures": figures(now, &before.unwrap_or_default(), &light.changes),
+        "ledger": ledger(result),
+        "warnings": warnings.iter().cloned().chain(other_units).collect::<Vec<_>>(),
+        "pictures": package.into_iter().chain(drawn).collect::<Vec<_>>(),
+    })
 }
 
-impl Parts<'_> {
-    /// As the page reads it, without the numbers of frame and state.
-    pub fn to_json(&self) -> Value {
-        let light = self.pictures.iter().map(|one| {
-            let svg = within_page(&one.picture, &one.caption, one.id);
-            json!({"id": one.id, "caption": one.caption, "svg": svg})
-        });
-        let package = self.package.map(|svg| {
-            json!({"id": "package", "svg": svg,
-                "caption": "Section of the package nearest to the middle, with a few paths; it alone shines."})
-        });
+/// Says that what stands beside is in other units.
+fn other_units(now: &[Row], before: &[Row]) -> Option<String> {
+    let differs = |row: &Row| before.iter().any(|old| old.key == row.key && old.unit != row.unit);
+    now.iter().any(differs).then(|| {
+        "the kept state is in other units (watts and lumens): its curves are left out, and \
+         figures in those units have no change"
+            .to_owned()
+    })
+}
+
+fn figures(now: Vec<Row>, before: &[Row], changes: &[(String, FigureEntry)]) -> Vec<Value> {
+    let row = |row: Row| {
+        let Row { key, label, unit, entry } = row;
+        let kept = before.iter().find(|other| other.key == key);
+        let change = changes.iter().find(|(other, _)| *other == key).map(|(_, c)| c);
+        let change = change.filter(|_| kept.is_some_and(|kept| kept.unit == unit));
+        let larger = figures::find(&key).and_then(|figure| figure.larger_is_better());
         json!({
-            "paths": self.result.paths,
-            "paths_text": thousands(self.result.paths),
-            "last": self.last,
-            "model": self.model,
-            "label": self.result.label,
-            "waves": self.waves.map(|waves| {
-                json!({"solved": waves.solved, "rings": waves.rings, "words": waves.words})
-            }),
-            "figures": self.figures(),
-            "ledger": self.ledger(),
-            "warnings": self.warnings.iter().cloned().chain(self.other_units()).collect::<Vec<_>>(),
-            "view": self.view,
-            "pictures": package.into_iter().chain(light).collect::<Vec<_>>(),
+            "key": key,
+            "label": label,
+            "meaning": figures::find(&key).map(|figure| figure.meaning()),
+            "value": entry.value,
+            "standard_error": entry.standard_error,
+            "text": shown::text(&entry, unit),
+            "larger_is_better": larger,
+            "main": MAIN.contains(&&*key),
+            "resolved": shown::in_words(&entry, unit).is_none(),
+            "beside": kept.map(|kept| shown::text(&kept.entry, kept.unit)),
+            "change": change.map(|change| shown::difference_between(change, unit)),
+            "verdict": change.map(|change| Verdict::new(change, larger).words()),
         })
-    }
+    };
+    now.into_iter().map(row).collect()
+}
 
-    /// Says that what stands beside is in other units.
-    fn other_units(&self) -> Option<String> {
-        let now = rows(self.result);
-        let before = self.beside.map(rows)?;
-        let differs =
-            |row: &Row| before.iter().any(|old| old.key == row.key && old.unit != row.unit);
-        now.iter().any(differs).then(|| {
-            "the kept state is in other units (watts and lumens): its curves are left out, and \
-             figures in those units have no change"
-                .to_owned()
-        })
-    }
-
-    fn figures(&self) -> Vec<Value> {
-        let before = self.beside.map(rows).unwrap_or_default();
-        let row = |row: Row| {
-            let Row { key, label, unit, entry } = row;
-            let kept = before.iter().find(|other| other.key == key);
-            let change = self.changes.iter().find(|(other, _)| *other == key).map(|(_, c)| c);
-            let change = change.filter(|_| kept.is_some_and(|kept| kept.unit == unit));
-            let larger = figures::find(&key).and_then(|figure| figure.larger_is_better());
-            json!({
-                "key": key,
-                "label": label,
-                "meaning": figures::find(&key).map(|figure| figure.meaning()),
-                "value": entry.value,
-                "standard_error": entry.standard_error,
-                "text": shown::text(&entry, unit),
-                "larger_is_better": larger,
-                "main": MAIN.contains(&&*key),
-                "resolved": shown::in_words(&entry, unit).is_none(),
-                "beside": kept.map(|kept| shown::text(&kept.entry, kept.unit)),
-                "change": change.map(|change| shown::difference_between(change, unit)),
-                "verdict": change.map(|change| Verdict::new(change, larger).words()),
-            })
-        };
-        rows(self.result).into_iter().map(row).collect()
-    }
-
-    fn ledger(&self) -> Vec<Value> {
-        let ends = self.result.ledger.accounts.iter().filter(|(key, _)| is_end(key));
-        let seen = ends.filter(|(_, share)| share.value > NEGLIGIBLE);
-        let row = |(key, _): &(String, _)| {
-            let share = self.result.ledger.account(key)?;
-            let text = shown::estimate(share, Unit::Fraction);
-            Some(json!({"label": key.replace('_', " "), "text": text, "share": share.value}))
-        };
-        seen.filter_map(row).collect()
-    }
+fn ledger(result: &ModelResult) -> Vec<Value> {
+    let ends = result.ledger.accounts.iter().filter(|(key, _)| is_end(key));
+    let seen = ends.filter(|(_, share)| share.value > NEGLIGIBLE);
+    let row = |(key, _): &(String, _)| {
+        let share = result.ledger.account(key)?;
+        let text = shown::estimate(share, Unit::Fraction);
+        Some(json!({"label": key.replace('_', " "), "text": text, "share": share.value}))
+    };
+    seen.filter_map(row).collect()
 }
 
 /// A figure with its name and unit.

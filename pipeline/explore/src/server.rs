@@ -319,7 +319,7 @@ fn refused(fault: &Fault) -> Answer {
 }
 
 fn with_status(status: u16, fault: &Fault) -> Answer {
-    of_json(status, &json!({"error": fault.to_json()}))
+    of_json(status, &json!({"error": fault}))
 }
 
 fn plain(status: u16, words: &str) -> Answer {

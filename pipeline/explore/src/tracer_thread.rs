@@ -32,7 +32,7 @@ use simulate::units::Units;
 use simulate::warnings::warnings;
 
 use crate::fault::Fault;
-use crate::frame::{Parts, WavesState};
+use crate::frame::{WavesState, frame};
 use crate::session::{Job, Session};
 use crate::view_3d::PackageView;
 use crate::waves::{CoarseTables, are_cached};
@@ -216,20 +216,13 @@ impl<'a> JobTrace<'a> {
             Tables::Of(own) => (own, None),
             Tables::Coarse(state) => (None, Some(state)),
         };
-        let parts = Parts {
-            result,
-            model: self.job.model.word(),
-            beside,
-            changes: &light.changes,
-            pictures: &light.pictures,
-            package: self.package.as_deref(),
-            view: self.view(&light, &result.key),
-            waves,
-            warnings: &self.warnings,
-            last,
-        };
-        let has_view = !parts.view.is_null();
-        let frame = parts.to_json();
+        let view = self.view(&light, &result.key);
+        let has_view = !view.is_null();
+        let mut frame = frame(result, beside, &light, self.package.as_deref(), &self.warnings);
+        frame["model"] = self.job.model.word().into();
+        frame["last"] = last.into();
+        frame["waves"] = json!(waves);
+        frame["view"] = view;
         let again = (last && !has_view).then(|| frame.clone());
         self.session.publish(self.job, frame);
         // The next design waits for no paths of this one.

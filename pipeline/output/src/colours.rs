@@ -12,9 +12,7 @@ use metrics::Grouped;
 use metrics::chromaticity::Tristimulus;
 use metrics::colour_map::ColourMap;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
-use report::plots::{
-    AngleColours, ColourPlane, Heading, LedOutline, colour_map, colour_over_angle,
-};
+use report::plots::{Heading, LedOutline, colour_map, colour_over_angle};
 use simulate::observation::colours::ColourArrays;
 
 use super::ModelFiles;
@@ -91,8 +89,7 @@ pub(super) fn draw_map(
     let Some(map) = ColourMap::new(colours, bins, &vec![1.0; bins[0] * bins[1]]) else {
         return Ok(None);
     };
-    let picture = colour_map(&ColourPlane { heading, axes, map: &map, leds })?;
-    write_bytes(path, &picture.png()?).map(Some)
+    write_bytes(path, &colour_map(heading, axes, &map, leds).png()?).map(Some)
 }
 
 impl ModelFiles<'_> {
@@ -146,8 +143,8 @@ impl ModelFiles<'_> {
         let map = (count > 0).then(|| ColourMap::new(&upwards, [1, count], &weights)).flatten();
         if let Some(map) = map {
             let axis = Axis::new(theta, upper)?;
-            let picture = AngleColours { heading: &heading, axis: &axis, map: &map };
-            write_bytes(&file(FAR_FIELD, "png"), &colour_over_angle(&picture)?.png()?)?;
+            let picture = colour_over_angle(&heading, &axis, &map)?;
+            write_bytes(&file(FAR_FIELD, "png"), &picture.png()?)?;
         }
         let title = format!("Colours at z = {} mm", self.design.receiver.plane_height_mm);
         let map = self.map()?;

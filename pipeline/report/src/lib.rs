@@ -27,12 +27,14 @@
 //! | [`path_picture`] | section of a package with paths of light |
 //! | [`summary`], [`run_summary`] | tables of figures as text |
 //! | [`html`] | the page |
+//! | [`paper_figures`] | figures of the paper |
 //! | [`optimisation`], [`tolerance`], [`study`], [`convergence_study`], [`full_wave`] | pictures of these files |
 
 pub mod convergence_study;
 pub mod full_wave;
 pub mod html;
 pub mod optimisation;
+pub mod paper_figures;
 pub mod path_picture;
 pub mod plots;
 pub mod run_summary;

@@ -18,7 +18,7 @@ use super::plots::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Re
 use super::plots::draw::colour::Colour;
 use super::plots::draw::palette::{BODY, LED, LED_EDGE, MEDIUM, MIRROR, RECEIVER, SILICONE, fate};
 use super::plots::draw::panel::{Panel, PanelAxis, TICK_SIZE};
-use super::plots::draw::scale::{AxisScale, round_step};
+use super::plots::draw::scale::{ends, round_step};
 use super::plots::draw::sheet::{Entry, Sample, Sheet};
 
 /// Room for the numbers and the name of the z axis, pixels.
@@ -95,12 +95,11 @@ fn picture(
     let tall = width * (high - low) / (2.0 * half);
     let mut sheet = Sheet::new(layout.width, (strip + tall + 90.0) as u32, heading, &legend);
     let area = Rect::new(layout.left, strip + 4.0, layout.left + width, strip + 4.0 + tall);
-    let axis = |name: &str, low, high, count| {
-        let quantity = Quantity::new(name, Unit::Millimetre);
-        PanelAxis::linear(&quantity, AxisScale::Linear { low, high }, count)
+    let axis = |name: &str, ends, count| {
+        PanelAxis::linear(&Quantity::new(name, Unit::Millimetre), ends, count)
     };
     let rows = (8.0 * tall / width).ceil().max(2.0) as usize;
-    let panel = Panel { area, x: axis("x", -half, half, 8), y: axis("z", low, high, rows) };
+    let panel = Panel { area, x: axis("x", [-half, half], 8), y: axis("z", [low, high], rows) };
     let room = layout.names - 30.0;
     let mut section = Section { drawing, panel, names: Vec::new(), room };
     let canvas = &mut sheet.canvas;
@@ -112,7 +111,7 @@ fn picture(
     });
     section.panel.frame(canvas);
     section.write_names(canvas);
-    sheet.finish()
+    sheet.canvas.finish()
 }
 
 /// Dashes of what lies beside the plane.
@@ -193,7 +192,7 @@ impl Section<'_> {
         let drawing = self.drawing;
         let mut solids: Vec<&SolidDrawing> = drawing.solids.iter().collect();
         solids.sort_by(|a, b| extent(b).total_cmp(&extent(a)));
-        let half = self.panel.x.scale.ends()[1];
+        let half = self.panel.x.scale.ends[1];
         // The package, and those beside it that the plane cuts as it does this one.
         let beside = drawing.neighbours(half + drawing.radius_mm);
         let places: Vec<f64> = beside
@@ -252,13 +251,11 @@ impl Section<'_> {
                 }
             }
         });
-        let half = self.panel.x.scale.ends()[1];
+        let half = self.panel.x.scale.ends[1];
         let points = || solid.lines_mm.iter().flat_map(|(line, _)| line);
-        let ends = points().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [x, _]| {
-            [low.min(*x), high.max(*x)]
-        });
+        let [left, right] = ends(points().map(|[x, _]| *x));
         // Out of sight.
-        if ends[0] > half || ends[1] < -half {
+        if left > half || right < -half {
             return;
         }
         let points = points();
@@ -271,7 +268,7 @@ impl Section<'_> {
 
     /// The mirror, and the floor beyond it.
     fn ground(&mut self, canvas: &mut Canvas) {
-        let half = self.panel.x.scale.ends()[1];
+        let half = self.panel.x.scale.ends[1];
         let mirror = self.drawing.mirror_half_mm.min(half);
         let below = |x: f64| {
             let [x, y] = self.at([x, 0.0]);
@@ -315,7 +312,7 @@ impl Section<'_> {
 
     /// Point at which a ray from inside leaves the axes; its start if it lies outside.
     fn exit(&self, from: [f64; 2], along: [f64; 2]) -> [f64; 2] {
-        let ends = [self.panel.x.scale.ends(), self.panel.y.scale.ends()];
+        let ends = [self.panel.x.scale.ends, self.panel.y.scale.ends];
         let until = |k: usize| match along[k] {
             d if d > 0.0 => (ends[k][1] - from[k]) / d,
             d if d < 0.0 => (ends[k][0] - from[k]) / d,
@@ -329,7 +326,7 @@ impl Section<'_> {
     fn dimensions(&self, canvas: &mut Canvas) {
         let Rect { left, right, top, bottom } = self.panel.area;
         let middle = self.at([0.0, 0.0]);
-        let step = round_step(0.12 * self.panel.x.scale.ends()[1]);
+        let step = round_step(0.12 * self.panel.x.scale.ends[1]);
         let [from, to] = [0.0, self.at([step, 0.0])[0] - middle[0]].map(|x| x + left + 20.0);
         let plane = self.at([0.0, self.drawing.plane_mm])[1];
         let y = top + 24.0;

@@ -8,7 +8,7 @@ use metrics::plural::count;
 use results::shown::{self, named};
 use results::tolerance::{BoundEntry, ToleranceResultsFile};
 
-use super::plots::{CumulativeShare, Heading, MarkedValue, Picture, sample_distribution};
+use super::plots::{Heading, MarkedValue, Picture, sample_distribution};
 
 /// The distribution of the first figure over the packages, without the noise of the traces;
 /// none where it has no scatter.
@@ -22,11 +22,6 @@ pub fn distribution_picture(file: &ToleranceResultsFile) -> Result<Option<Pictur
     let Some(figure) = file.figures.get(&distribution.figure) else {
         return Ok(None);
     };
-    let shares = distribution.shares.iter().map(|one| CumulativeShare {
-        value: one.value,
-        share: one.share,
-        interval: one.interval_95,
-    });
     let nominal =
         MarkedValue { label: "without deviations".to_owned(), value: figure.nominal.value };
     let words = format!(
@@ -37,7 +32,7 @@ pub fn distribution_picture(file: &ToleranceResultsFile) -> Result<Option<Pictur
     sample_distribution(
         &Heading::new("Distribution over the tolerances", words),
         (&named(&distribution.figure).0, file.unit(&distribution.figure)),
-        &shares.collect::<Vec<_>>(),
+        &distribution.shares,
         &nominal,
         &bounds(file, &distribution.figure),
     )

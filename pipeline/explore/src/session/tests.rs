@@ -33,7 +33,7 @@ fn refused_values_change_nothing_and_refused_texts_are_kept() {
     let (_folder, session) = session();
     let before = session.to_json();
     let fault = session.set("array.pitch_mm", Some(&json!(-1)), false).expect_err("refused");
-    assert_eq!(fault.to_json()["key"], "array.pitch_mm");
+    assert_eq!(json!(fault)["key"], "array.pitch_mm");
     assert_eq!(session.to_json(), before);
     session.write("[led", None).expect("taken");
     let broken = session.to_json();

@@ -5,11 +5,10 @@
 use anyhow::Result;
 use metrics::quantity::{Curve, Quantity};
 use results::optimisation::OptimisationFile;
-use results::package::PackageFile;
 use serde_json::Value;
 
 use super::maps::{leds, marks};
-use super::models::{FarFieldTable, Model, Plane};
+use super::models::{Contents, Model};
 use super::optimisation::searched;
 use super::package::FEW;
 use super::pictures::Album;
@@ -18,19 +17,6 @@ use crate::plots::{
     BinImage, FarField, Heading, IlluminanceMap, LineColours, MapScale, far_field_cartesian,
     map_on_scale,
 };
-
-/// Contents of the folder, of all models.
-#[derive(Clone, Copy, Debug)]
-pub struct Contents<'a> {
-    /// Models.
-    pub models: &'a [Model<'a>],
-    /// Their far fields.
-    pub fields: &'a [FarFieldTable],
-    /// Their maps.
-    pub maps: &'a [Plane],
-    /// Their packages.
-    pub packages: &'a [Option<PackageFile>],
-}
 
 impl Album {
     /// Rows of pictures of `search`; none where the folder lacks one of both designs.

@@ -58,11 +58,8 @@ impl Folder {
             content_hash::KEY
         );
         let results = ResultsFile::from_json(&json).map_err(of_file)?;
-        let folder = Self { directory: directory.to_owned(), path, results };
-        for (i, file) in folder.results.files.iter().enumerate() {
-            checked_file(directory, file, &folder.place(&format!("files[{}]", i + 1)))?;
-        }
-        Ok(folder)
+        check_files(directory, FILE, &results.files)?;
+        Ok(Self { directory: directory.to_owned(), path, results })
     }
 
     /// The directory.
@@ -92,11 +89,6 @@ impl Folder {
         );
         Ok(self.directory.join(name))
     }
-
-    /// True if `path` is one of the files of the results, or `results.json` itself.
-    pub fn holds(&self, path: &Path) -> bool {
-        is_one_of(&self.directory, &self.results.files, FILE, path)
-    }
 }
 
 /// A folder with a sealed file, checked.
@@ -117,10 +109,7 @@ impl<T: SealedFile> SealedFolder<T> {
         let Some(file) = T::read(directory)? else {
             return Ok(None);
         };
-        let path = directory.join(T::FILE);
-        for (i, entry) in file.files().iter().enumerate() {
-            checked_file(directory, entry, &format!("`{}`: files[{}]", path.display(), i + 1))?;
-        }
+        check_files(directory, T::FILE, file.files())?;
         Ok(Some(Self { directory: directory.to_owned(), file }))
     }
 
@@ -128,15 +117,10 @@ impl<T: SealedFile> SealedFolder<T> {
     pub fn directory(&self) -> &Path {
         &self.directory
     }
-
-    /// True if `path` is the sealed file or one of those that it lists.
-    pub fn holds(&self, path: &Path) -> bool {
-        is_one_of(&self.directory, self.file.files(), T::FILE, path)
-    }
 }
 
 /// True if `path` is `main` in `directory` or one of the `files` that it lists.
-fn is_one_of(directory: &Path, files: &[FileRecord], main: &str, path: &Path) -> bool {
+pub(super) fn is_one_of(directory: &Path, files: &[FileRecord], main: &str, path: &Path) -> bool {
     let Ok(path) = path.canonicalize() else {
         return false;
     };
@@ -144,9 +128,15 @@ fn is_one_of(directory: &Path, files: &[FileRecord], main: &str, path: &Path) ->
     own.chain([main]).any(|name| directory.join(name).canonicalize().ok().as_deref() == Some(&path))
 }
 
-/// Checks that the file of `entry`, which stands at `place`, lies under `directory` and is the one
-/// that was written.
-pub(super) fn checked_file(directory: &Path, entry: &FileRecord, place: &str) -> Result<()> {
+/// Checks that the files that `main` in `directory` lists lie there and are the ones that were written.
+pub(super) fn check_files(directory: &Path, main: &str, files: &[FileRecord]) -> Result<()> {
+    let main = directory.join(main);
+    files.iter().enumerate().try_for_each(|(i, entry)| {
+        check_file(directory, entry, &format!("`{}`: files[{}]", main.display(), i + 1))
+    })
+}
+
+fn check_file(directory: &Path, entry: &FileRecord, place: &str) -> Result<()> {
     let file = Path::new(&entry.file);
     let inside = |part: Component| matches!(part, Component::Normal(_));
     ensure!(

@@ -13,15 +13,12 @@ use super::folder::SealedFolder;
 use super::pictures::Album;
 use crate::full_wave::far_field_picture;
 
-/// A folder with a comparison by full wave, checked.
-pub type FullWaveFolder = SealedFolder<FullWaveFile>;
-
 /// The part of the page on the comparison in `directory`, where there is one.
 ///
 /// # Errors
 /// A file that is missing or altered; far fields that cannot be drawn.
 pub(super) fn found(album: &mut Album, directory: &Path) -> Result<Option<Value>> {
-    let folder = FullWaveFolder::open(directory)?;
+    let folder = SealedFolder::<FullWaveFile>::open(directory)?;
     folder.map(|folder| full_wave(album, &folder.file)).transpose()
 }
 
@@ -58,14 +55,4 @@ pub fn full_wave(album: &mut Album, file: &FullWaveFile) -> Result<Value> {
         "rows": file.comparison.distances.iter().map(row).collect::<Vec<_>>(),
         "picture": album.fixed(&far_field_picture(file)?, &caption),
     }))
-}
-
-/// Versions and hashes at the end of a page of a comparison alone.
-pub(super) fn provenance(file: &FullWaveFile) -> Value {
-    let lines = [
-        ("computed by", format!("batwing {}", file.version)),
-        ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
-        ("seed", file.seed.to_string()),
-    ];
-    json!({"lines": lines, "inputs": file.inputs, "files": file.files})
 }

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use results::package::{MAP, PackageFile};
 
-use super::models::{Model, Plane};
+use super::models::{Contents, Model, Plane};
 use super::pictures::Album;
 use crate::plots::{
     BinImage, Heading, IlluminanceMap, LedOutline, LineColours, MapScale, Mark, Section,
@@ -22,16 +22,11 @@ impl Album {
     ///
     /// # Errors
     /// A map without extent.
-    pub fn maps(
-        &mut self,
-        models: &[Model],
-        planes: &[Plane],
-        packages: &[Option<PackageFile>],
-    ) -> Result<[Vec<Value>; 2]> {
+    pub fn maps(&mut self, of: Contents) -> Result<[Vec<Value>; 2]> {
         let (mut maps, mut profiles) = (Vec::new(), Vec::new());
-        for (i, (model, plane)) in models.iter().zip(planes).enumerate() {
-            let range = shared_range(model, models, planes);
-            let leds = packages[i].as_ref().map_or(Vec::new(), leds);
+        for (i, (model, plane)) in of.models.iter().zip(of.maps).enumerate() {
+            let range = shared_range(model, of);
+            let leds = of.packages[i].as_ref().map_or(Vec::new(), leds);
             let quantity = Quantity::new(&plane.quantity, plane.unit);
             let subtitle = format!("{}, {}", model.design, model.label());
             let [across, along] = plane.bin_mm.map(|mm| (mm * 1e4).round() / 1e4);
@@ -88,8 +83,8 @@ impl Album {
 }
 
 /// Sentences on the maps: how that of each design is averaged and smoothed, and where marks stand.
-pub fn words(models: &[Model], packages: &[Option<PackageFile>]) -> String {
-    let all = models.iter().zip(packages).map(|(model, package)| {
+pub fn words(of: Contents) -> String {
+    let all = of.models.iter().zip(of.packages).map(|(model, package)| {
         let said = package.iter().flat_map(|package| &package.simulated);
         let said = said.clone().find(|(name, _)| name == MAP).map(|(_, words)| words.as_str());
         let figure = model.entry.figures.get(VALLEY_TO_PEAK.key);
@@ -131,8 +126,8 @@ fn sentences(maps: &[(&str, Option<&str>, bool)]) -> String {
 }
 
 /// Smallest positive and largest value of the maps of all models of the design of `model`.
-pub fn shared_range(model: &Model, models: &[Model], planes: &[Plane]) -> [f64; 2] {
-    let all = models.iter().zip(planes);
+pub fn shared_range(model: &Model, of: Contents) -> [f64; 2] {
+    let all = of.models.iter().zip(of.maps);
     let same = all.filter(|(other, _)| other.design == model.design);
     // A dark map has no range of its own.
     let lit = same.filter(|(_, plane)| plane.is_lit());

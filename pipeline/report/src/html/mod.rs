@@ -27,16 +27,16 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::{Result, ensure};
-use folder::{Folder, SealedFolder};
+use folder::{Folder, SealedFolder, is_one_of};
 use maps::shared_range;
 use minijinja::value::Serde;
 use minijinja::{Environment, UndefinedBehavior};
-use models::{FarFieldTable, Model, Plane};
+use models::{Contents, FarFieldTable, Model, Plane};
 use orders::Source;
 use pictures::{Album, cuts, designs};
 use serde_json::{Value, json};
-use tolerance::ToleranceFolder;
 
+use files::provenance::FileRecord;
 use results::full_wave::FullWaveFile;
 use results::schema::PaperFigures;
 use results::sealed_file::SealedFile;
@@ -44,39 +44,22 @@ use results::study::StudyFile;
 use results::tolerance::ToleranceResultsFile;
 use results::zones::ZonesFile;
 
-use super::plots::{LineColours, glow, palette};
+use super::paper_figures::{ELEMENTS, elements_picture};
+use super::plots::{glow, palette};
 
 /// Largest page in bytes.
 pub const LIMIT: usize = 6_000_000;
 /// Letters that all maps together may take; beyond that neighbouring bins are merged.
 const MAPS_BUDGET: usize = 1_000_000;
 
-/// The page of results; those of a tolerance analysis, of a study, of a comparison by full wave and of
-/// dimming zones. All begin with the macros.
-const TEMPLATE: &str = concat!(
+/// Macros that every template begins with.
+const MACROS: [&str; 3] = [
     include_str!("assets/macros.html"),
     include_str!("assets/tolerance.html"),
     include_str!("assets/full_wave.html"),
-    include_str!("assets/page.html")
-);
-const TOLERANCE_TEMPLATE: &str = concat!(
-    include_str!("assets/macros.html"),
-    include_str!("assets/tolerance.html"),
-    include_str!("assets/full_wave.html"),
-    include_str!("assets/tolerance_page.html")
-);
-const STUDY_TEMPLATE: &str = concat!(
-    include_str!("assets/macros.html"),
-    include_str!("assets/full_wave.html"),
-    include_str!("assets/study_page.html")
-);
-const FULL_WAVE_TEMPLATE: &str = concat!(
-    include_str!("assets/macros.html"),
-    include_str!("assets/full_wave.html"),
-    include_str!("assets/full_wave_page.html")
-);
-const ZONES_TEMPLATE: &str =
-    concat!(include_str!("assets/macros.html"), include_str!("assets/zones_page.html"));
+];
+/// Template of the page of results.
+const TEMPLATE: &str = include_str!("assets/page.html");
 const STYLES: [&str; 6] = [
     include_str!("assets/base.css"),
     include_str!("assets/first.css"),
@@ -114,7 +97,7 @@ pub trait PageFolder {
 
 impl PageFolder for Folder {
     fn holds(&self, path: &Path) -> bool {
-        self.holds(path)
+        is_one_of(self.directory(), &self.results().files, results::FILE, path)
     }
 
     fn page(&self, source: &Source) -> Result<Page> {
@@ -126,9 +109,11 @@ impl PageFolder for Folder {
 trait PageFile: SealedFile {
     /// Template of the page.
     const TEMPLATE: &'static str;
+    /// Name of the version of the layout, where the page states it.
+    const LAYOUT: Option<&'static str> = None;
 
-    /// Name of what it shows, version of the program that wrote it, and seed.
-    fn head(&self) -> (&str, &str, u64);
+    /// Name of what it shows, version of the program that wrote it, seed, and files that went in.
+    fn head(&self) -> (&str, &str, u64, &[FileRecord]);
 
     /// Values of the template besides those of the head.
     fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value>;
@@ -136,16 +121,24 @@ trait PageFile: SealedFile {
 
 impl<T: PageFile> PageFolder for SealedFolder<T> {
     fn holds(&self, path: &Path) -> bool {
-        self.holds(path)
+        is_one_of(self.directory(), self.file.files(), T::FILE, path)
     }
 
     fn page(&self, _: &Source) -> Result<Page> {
-        let (name, version, seed) = self.file.head();
+        let (name, version, seed, inputs) = self.file.head();
         let mut values = T::values(self, &mut Album::default())?;
         values["title"] = format!("batwing: {name}").into();
         values["style"] = style().into();
         values["version"] = version.into();
         values["seed"] = seed.into();
+        let mut lines = vec![
+            ("computed by", format!("batwing {version}")),
+            ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
+        ];
+        lines.extend(T::LAYOUT.map(|name| (name, T::VERSION.to_string())));
+        lines.push(("seed", seed.to_string()));
+        values["provenance"] =
+            json!({"lines": lines, "inputs": inputs, "files": self.file.files()});
         Ok(Page { html: rendered(T::TEMPLATE, &values, self.directory())?, tables: (0, 0) })
     }
 }
@@ -193,7 +186,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let models = models::models(folder)?;
     models.iter().try_for_each(|model| model.complete(folder))?;
     let listed = orders::listed(&models, folder);
-    let embedded = orders::embed(&listed, source)?;
+    let (orders, found) = orders::embed(&listed, source)?;
     let fields = models
         .iter()
         .map(|model| FarFieldTable::read(model, folder))
@@ -205,6 +198,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     }
     let packages = models.iter().map(|model| model.package(folder));
     let packages = packages.collect::<Result<Vec<_>>>()?;
+    let of = Contents { models: &models, fields: &fields, maps: &maps, packages: &packages };
     let views = models.iter().zip(&packages);
     let views = views
         .map(|(model, package)| package::view_3d(model, package.as_ref(), folder, models.len()));
@@ -212,27 +206,21 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let of_model = |((model, field), (map, view)): ((&Model, &FarFieldTable), (&Plane, &Value))| {
         json!({
             "design": model.design, "label": model.label(),
-            "farField": field.to_json(), "map": map.to_json(shared_range(model, &models, &maps)), "view3d": view,
+            "farField": field.to_json(), "map": map.to_json(shared_range(model, of)), "view3d": view,
         })
     };
     let of_models = models.iter().zip(&fields).zip(maps.iter().zip(&views));
     let data = json!({
         "models": of_models.map(of_model).collect::<Vec<_>>(),
         "fates": scene_3d::fates(),
-        "orders": embedded.json,
+        "orders": orders,
         "palette": palette(),
     });
 
-    let contents = before_after::Contents {
-        models: &models,
-        fields: &fields,
-        maps: &maps,
-        packages: &packages,
-    };
     let (mut album, mut pictures) = (Album::default(), models::Pictures::new(folder));
-    let [far, far_polar] = album.far_fields(&models, &fields)?;
-    let sections = album.sections(&models, &packages);
-    let [map, profile] = album.maps(&models, &maps, &packages)?;
+    let [far, far_polar] = album.far_fields(of)?;
+    let sections = album.sections(of);
+    let [map, profile] = album.maps(of)?;
     let single = single_elements(&mut album, &results.figures)?;
     let mut labels: Vec<String> = models.iter().map(Model::label).collect();
     labels.sort();
@@ -241,7 +229,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     checked_note(folder)?;
 
     let search = optimisation::read(folder)?;
-    let tolerance = ToleranceFolder::open(folder.directory())?;
+    let tolerance = SealedFolder::<ToleranceResultsFile>::open(folder.directory())?;
     let tolerance = tolerance.map(|found| tolerance::tolerance(&mut album, &found.file));
     let pictures_of_colours = pictures.of_colours(&models)?;
     let mut values = json!({
@@ -256,7 +244,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "verdicts": models.iter().map(|m| verdict::verdict(m, search.as_ref())).collect::<Vec<_>>(),
         "labels": labels,
         "cuts": cuts(&fields),
-        "overview": package::overview(&models, &packages),
+        "overview": package::overview(of),
         "sections": sections,
         "has_view_3d": views.iter().any(|view| !view.is_null()),
         "fates": scene_3d::fates(),
@@ -271,10 +259,10 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "far_polar": far_polar,
         "map": map,
         "profile": profile,
-        "bsdf_note": bsdf_note(embedded.found, &embedded.json),
-        "tables_found": embedded.found.0,
-        "tables_listed": embedded.found.1,
-        "before_after": album.before_after(search.as_ref(), contents)?,
+        "bsdf_note": bsdf_note(found, &orders),
+        "tables_found": found.0,
+        "tables_listed": found.1,
+        "before_after": album.before_after(search.as_ref(), of)?,
         "optimisation": optimisation::optimisation(&mut album, search.as_ref(), &models)?,
         "tolerance": tolerance.transpose()?,
         "full_wave": full_wave::found(&mut album, folder.directory())?,
@@ -287,71 +275,64 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
         "single": single,
         "provenance": tables::provenance(folder, &models),
     });
-    values["map_words"] = maps::words(&models, &packages).into();
+    values["map_words"] = maps::words(of).into();
     values["colours"] =
         json!({"tables": tables::colours(&models), "pictures": pictures_of_colours});
-    Ok(Page { html: rendered(TEMPLATE, &values, folder.directory())?, tables: embedded.found })
+    Ok(Page { html: rendered(TEMPLATE, &values, folder.directory())?, tables: found })
 }
 
 impl PageFile for ToleranceResultsFile {
-    const TEMPLATE: &'static str = TOLERANCE_TEMPLATE;
+    const TEMPLATE: &'static str = include_str!("assets/tolerance_page.html");
+    const LAYOUT: Option<&'static str> = Some("schema of tolerance.json");
 
-    fn head(&self) -> (&str, &str, u64) {
-        (&self.name, &self.program.version, self.seed)
+    fn head(&self) -> (&str, &str, u64, &[FileRecord]) {
+        (&self.name, &self.program.version, self.seed, &self.inputs)
     }
 
     fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
         Ok(json!({
             "tolerance": tolerance::tolerance(album, &folder.file)?,
             "full_wave": full_wave::found(album, folder.directory())?,
-            "provenance": tolerance::provenance(&folder.file),
         }))
     }
 }
 
 impl PageFile for StudyFile {
-    const TEMPLATE: &'static str = STUDY_TEMPLATE;
+    const TEMPLATE: &'static str = include_str!("assets/study_page.html");
 
-    fn head(&self) -> (&str, &str, u64) {
-        (&self.name, &self.version, self.seed)
+    fn head(&self) -> (&str, &str, u64, &[FileRecord]) {
+        (&self.name, &self.version, self.seed, &self.inputs)
     }
 
     fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
         Ok(json!({
             "study": study::study(album, &folder.file)?,
             "full_wave": full_wave::found(album, folder.directory())?,
-            "provenance": study::provenance(&folder.file),
         }))
     }
 }
 
 impl PageFile for FullWaveFile {
-    const TEMPLATE: &'static str = FULL_WAVE_TEMPLATE;
+    const TEMPLATE: &'static str = include_str!("assets/full_wave_page.html");
 
-    fn head(&self) -> (&str, &str, u64) {
-        (&self.design, &self.version, self.seed)
+    fn head(&self) -> (&str, &str, u64, &[FileRecord]) {
+        (&self.design, &self.version, self.seed, &self.inputs)
     }
 
     fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
-        Ok(json!({
-            "full_wave": full_wave::full_wave(album, &folder.file)?,
-            "provenance": full_wave::provenance(&folder.file),
-        }))
+        Ok(json!({"full_wave": full_wave::full_wave(album, &folder.file)?}))
     }
 }
 
 impl PageFile for ZonesFile {
-    const TEMPLATE: &'static str = ZONES_TEMPLATE;
+    const TEMPLATE: &'static str = include_str!("assets/zones_page.html");
 
-    fn head(&self) -> (&str, &str, u64) {
-        (&self.design, &self.version, self.seed)
+    fn head(&self) -> (&str, &str, u64, &[FileRecord]) {
+        (&self.design, &self.version, self.seed, &self.inputs)
     }
 
     fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
-        Ok(json!({
-            "zones": zones::zones(album, folder)?,
-            "provenance": zones::provenance(&folder.file),
-        }))
+        Ok(json!({"zones": zones::zones(album, folder)?}))
     }
 }
 
@@ -375,9 +356,10 @@ pub fn style_of_pictures() -> String {
 
 /// The page that `template` makes of `values`, of the results in `directory`.
 fn rendered(template: &str, values: &Value, directory: &Path) -> Result<String> {
+    let template = MACROS.concat() + template;
     let mut environment = Environment::new();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
-    environment.add_template("page.html", template)?;
+    environment.add_template("page.html", &template)?;
     let template = environment.get_template("page.html")?;
     // The template engine drops the last newline.
     let html = template.render(Serde(values))? + "\n";
@@ -403,18 +385,13 @@ fn checked_note(folder: &Folder) -> Result<()> {
 
 /// Pictures of the paper's Figures 3, 4 and 6.
 fn single_elements(album: &mut Album, paper: &PaperFigures) -> Result<Vec<Value>> {
-    let [third, fourth] = [
-        ("Figure 3: single elements", "S1 to S6 as OS1, all others absorbing"),
-        ("Figure 4: shapes of one element", "S6 as OS1, OS2, OS3, all others absorbing"),
-    ];
-    let elements = [
-        (&paper.figure_3, third, LineColours::Ordered),
-        (&paper.figure_4, fourth, LineColours::Ordered),
-    ];
     let mut single = Vec::new();
-    for (figure, words, colours) in elements {
+    for (figure, words) in [&paper.figure_3, &paper.figure_4].into_iter().zip(ELEMENTS) {
         if let Some(figure) = figure {
-            single.push(album.elements(figure, words, colours)?);
+            let picture = elements_picture(figure, words)?;
+            let words = words.join("; ");
+            let caption = format!("{words}; azimuthal means with two standard errors.");
+            single.push(album.fixed(&picture, &caption));
         }
     }
     if let Some(figure) = &paper.figure_6 {

@@ -102,6 +102,19 @@ impl Model<'_> {
     }
 }
 
+/// Contents of the folder, of all models.
+#[derive(Clone, Copy, Debug)]
+pub struct Contents<'a> {
+    /// Models.
+    pub models: &'a [Model<'a>],
+    /// Their far fields.
+    pub fields: &'a [FarFieldTable],
+    /// Their maps.
+    pub maps: &'a [Plane],
+    /// Their packages.
+    pub packages: &'a [Option<PackageFile>],
+}
+
 /// Pictures within the page as they are, as many as it has room for.
 #[derive(Debug)]
 pub struct Pictures<'a> {

@@ -11,7 +11,7 @@ use results::optimisation::{self, ObjectiveEntry, OptimisationFile, StageEntry, 
 use results::sealed_file::SealedFile;
 use results::shown;
 
-use super::folder::{Folder, checked_file};
+use super::folder::{Folder, check_files};
 use super::models::Model;
 use super::pictures::Album;
 use super::verdict::named_in;
@@ -101,12 +101,7 @@ fn belongs(file: &OptimisationFile, folder: &Folder) -> Result<()> {
         folder.directory().join(optimisation::FILE).display(),
         path.display()
     );
-    let listing = folder.directory().join(optimisation::FILE);
-    for (k, entry) in file.files.iter().enumerate() {
-        let place = format!("`{}`: files[{}]", listing.display(), k + 1);
-        checked_file(folder.directory(), entry, &place)?;
-    }
-    Ok(())
+    check_files(folder.directory(), optimisation::FILE, &file.files)
 }
 
 fn rows(file: &OptimisationFile, named: impl Fn(&str) -> (String, Unit)) -> Vec<Value> {

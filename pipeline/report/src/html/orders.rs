@@ -74,20 +74,12 @@ pub struct Source {
     pub must: bool,
 }
 
-/// The tables of the page, and what it says of them.
-#[derive(Debug, Default)]
-pub struct Embedded {
-    /// For the page.
-    pub json: Value,
-    /// Number of tables found, and of those listed.
-    pub found: (usize, usize),
-}
-
-/// Reads and packs the tables of `listed`.
+/// Reads and packs the tables of `listed`; returns their JSON, and the numbers of those found and of
+/// those listed.
 ///
 /// # Errors
 /// A table that is damaged or is not the one listed; one that is missing, where it must be there.
-pub fn embed(listed: &[Listed], source: &Source) -> Result<Embedded> {
+pub fn embed(listed: &[Listed], source: &Source) -> Result<(Value, (usize, usize))> {
     let mut tables: BTreeMap<&str, OrderTable> = BTreeMap::new();
     let mut distinct: Vec<&str> = Vec::new();
     for Listed { entry, place, .. } in listed {
@@ -128,10 +120,8 @@ pub fn embed(listed: &[Listed], source: &Source) -> Result<Embedded> {
         .iter()
         .map(|(hash, table)| Ok(((*hash).to_owned(), thinning.pack(table)?)))
         .collect::<Result<_>>()?;
-    Ok(Embedded {
-        json: json!({"list": list, "tables": packed, "stride": thinning.stride, "moreKy": thinning.more_ky, "moreStride": thinning.more_stride}),
-        found: (tables.len(), distinct.len()),
-    })
+    let json = json!({"list": list, "tables": packed, "stride": thinning.stride, "moreKy": thinning.more_ky, "moreStride": thinning.more_stride});
+    Ok((json, (tables.len(), distinct.len())))
 }
 
 /// Checks that a file holds the table that the results list under its name.

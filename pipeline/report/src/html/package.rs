@@ -12,7 +12,7 @@ use metrics::quantity::Unit;
 use results::package::PackageFile;
 use results::shown;
 
-use super::models::Model;
+use super::models::{Contents, Model};
 use super::pictures::Album;
 use super::scene_3d::{FarFieldBins, scene};
 use super::tables::{percent, thousands};
@@ -27,9 +27,9 @@ pub(super) const FEW: usize = 24;
 
 impl Album {
     /// A section with rays for each model that has paths.
-    pub fn sections(&mut self, models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value> {
+    pub fn sections(&mut self, of: Contents) -> Vec<Value> {
         let mut all = Vec::new();
-        for (i, (model, package)) in models.iter().zip(packages).enumerate() {
+        for (i, (model, package)) in of.models.iter().zip(of.packages).enumerate() {
             let Some(package) = package else {
                 continue;
             };
@@ -50,8 +50,8 @@ impl Album {
 }
 
 /// Packages in words, models, total efficiency and uniformity, design by design.
-pub fn overview(models: &[Model], packages: &[Option<PackageFile>]) -> Vec<Value> {
-    let all: Vec<(&Model, &Option<PackageFile>)> = models.iter().zip(packages).collect();
+pub fn overview(of: Contents) -> Vec<Value> {
+    let all: Vec<(&Model, &Option<PackageFile>)> = of.models.iter().zip(of.packages).collect();
     let of_design = |design: &[(&Model, &Option<PackageFile>)]| {
         let words = design.iter().find_map(|(_, package)| package.as_ref());
         let row = |(model, _): &(&Model, &Option<PackageFile>)| {

@@ -6,23 +6,23 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result};
 use metrics::figures::PEAK_ANGLE;
 use minijinja::HtmlEscape;
 use serde_json::{Value, json};
 
 use metrics::Estimate;
 use metrics::quantity::{Curve, Quantity, Unit};
-use results::schema::{CurvesEntry, LobeEntry, LobesEntry};
+use results::schema::LobesEntry;
 
-use super::models::{FarFieldTable, Model};
+use super::models::{Contents, FarFieldTable, Model};
 use super::orders::Listed;
 use super::tables;
 use crate::convergence_study::ConvergenceStudy;
 use crate::plots::{
-    Colour, ErrorCurve, FarField, Heading, LineColours, LobeSide, Picture, PlaneLobe, Refinement,
-    ShareBar, convergence, element_far_fields, far_field_cartesian, far_field_polar, grating_lobes,
-    palette, published_vs_computed, share_bars,
+    Colour, ErrorCurve, FarField, Heading, LineColours, Picture, Refinement, ShareBar, convergence,
+    far_field_cartesian, far_field_polar, grating_lobes, palette, published_vs_computed,
+    share_bars,
 };
 
 /// Points of a curve over 90° that the page draws; more would only make it longer.
@@ -97,16 +97,12 @@ impl Album {
     ///
     /// # Errors
     /// Curves that cannot be drawn.
-    pub fn far_fields(
-        &mut self,
-        models: &[Model],
-        fields: &[FarFieldTable],
-    ) -> Result<[Vec<Value>; 2]> {
+    pub fn far_fields(&mut self, of: Contents) -> Result<[Vec<Value>; 2]> {
         let (mut straight, mut polar) = (Vec::new(), Vec::new());
-        let all: Vec<(&Model, &FarFieldTable)> = models.iter().zip(fields).collect();
+        let all: Vec<(&Model, &FarFieldTable)> = of.models.iter().zip(of.fields).collect();
         for design in all.chunk_by(|a, b| a.0.design == b.0.design) {
             let name = design[0].0.design;
-            for cut in cuts(fields) {
+            for cut in cuts(of.fields) {
                 for (scale, words) in [("absolute", ""), ("relative", ", each to its maximum")] {
                     let mut chosen = Chosen::default();
                     for (model, field) in design {
@@ -263,60 +259,17 @@ impl Album {
         Ok(all)
     }
 
-    /// Figures 3 and 4 of the paper: far fields of single elements.
-    ///
-    /// # Errors
-    /// Curves that cannot be drawn.
-    pub fn elements(
-        &mut self,
-        figure: &CurvesEntry,
-        (title, subtitle): (&str, &str),
-        colours: LineColours,
-    ) -> Result<Value> {
-        let curve = |c: &results::schema::CurveEntry| {
-            let [x, value, error] =
-                [&c.theta_deg, &c.intensity_w_per_sr, &c.standard_error_w_per_sr];
-            Curve::new(&c.label, x.clone(), value.clone(), error.clone())?.mirrored()
-        };
-        let curves = figure.curves.iter().map(curve).collect::<Result<Vec<_>>>();
-        let curves = curves.with_context(|| anyhow!("figures"))?;
-        let picture = element_far_fields(&FarField {
-            heading: &Heading::new(title, subtitle),
-            quantity: &Quantity::new("intensity", Unit::WattPerSteradian),
-            curves: &curves,
-            colours,
-            numbers: &[],
-            peaks: &[],
-        })?;
-        Ok(self.fixed(
-            &picture,
-            &format!("{title}; {subtitle}; azimuthal means with two standard errors."),
-        ))
-    }
-
     /// Figure 6 of the paper: one ring by rays and by waves.
     ///
     /// # Errors
     /// Lobes that cannot be drawn.
     pub fn lobes(&mut self, figure: &LobesEntry) -> Result<Value> {
-        let lobes = |list: &[LobeEntry]| -> Vec<PlaneLobe> {
-            let lobe = |l: &LobeEntry| PlaneLobe {
-                side: if l.side == "reflected" {
-                    LobeSide::Reflected
-                } else {
-                    LobeSide::Transmitted
-                },
-                angle_deg: l.theta_deg,
-                power: l.share,
-            };
-            list.iter().map(lobe).collect()
-        };
         let subtitle = format!(
             "band {}, ring {}, normal incidence from the silicone",
             figure.band, figure.ring
         );
         let heading = Heading::new("Figure 6: rays and waves", &subtitle);
-        let picture = grating_lobes(&heading, &lobes(&figure.rays), &lobes(&figure.rcwa))?;
+        let picture = grating_lobes(&heading, &figure.rays, &figure.rcwa)?;
         let caption = format!("Figure 6: {subtitle}, by rays and by RCWA.");
         Ok(self.fixed(&picture, &caption))
     }

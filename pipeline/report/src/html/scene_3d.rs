@@ -80,7 +80,7 @@ pub fn scene(
         "solids": drawing.solids.iter().map(solid).chain(others).collect::<Vec<_>>(),
         "sizes": points.iter().map(Vec::len).collect::<Vec<_>>(),
         "points": base64_of_numbers(&packed),
-        "fates": paths.iter().map(|path| place_of(path.fate)).collect::<Vec<_>>(),
+        "fates": paths.iter().map(|path| path.fate as usize).collect::<Vec<_>>(),
         "pathRings": paths.iter().map(|path| number(path.ring)).collect::<Vec<_>>(),
         "pathFaces": paths.iter().map(|path| number(path.face)).collect::<Vec<_>>(),
         "bins": paths.iter().map(|path| number(bin(path, paths_3d.bin_deg))).collect::<Vec<_>>(),
@@ -97,11 +97,6 @@ fn view_radius(drawing: &PackageDrawing) -> f64 {
     let width = drawing.pitch_mm.unwrap_or(4.0 * drawing.radius_mm);
     let width = width.clamp(3.0 * drawing.radius_mm, 8.0 * drawing.radius_mm);
     (RADIUS * width).max(1.15 * drawing.plane_mm.min(3.0 * width))
-}
-
-fn place_of(end: PathEnd) -> usize {
-    let place = PathEnd::ALL.iter().position(|other| *other == end);
-    place.unwrap_or(0)
 }
 
 /// Number of the polar angle that a path escaped to.

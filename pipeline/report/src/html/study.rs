@@ -159,13 +159,3 @@ fn sensitivities(file: &StudyFile) -> Vec<Value> {
     };
     factors.into_iter().map(table).collect()
 }
-
-/// Versions and hashes at the end of the page.
-pub(super) fn provenance(file: &StudyFile) -> Value {
-    let lines = [
-        ("computed by", format!("batwing {}", file.version)),
-        ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
-        ("seed", file.seed.to_string()),
-    ];
-    json!({"lines": lines, "inputs": file.inputs, "files": file.files})
-}

@@ -50,38 +50,34 @@ impl FigureOfMerit<'_> {
         let e = self.entry;
         let (scale, _) = shown_unit(self.unit);
         let value = shown::number(e, self.unit);
+        let note = |words: String, wrap: bool| json!({"words": words, "wrap": wrap});
         let mut notes = Vec::new();
-        let mut note =
-            |words: String, wrap: bool| notes.push(json!({"words": words, "wrap": wrap}));
         let noise = e.peak_place.words();
         if let Some((_, why)) = noise.and_then(|words| words.split_once('(')) {
-            note(why.trim_end_matches(')').to_owned(), false);
+            notes.push(note(why.trim_end_matches(')').to_owned(), false));
         }
         // An angle that is noise has none between bins either.
         if let Some(between) = self.between.filter(|_| noise.is_none()) {
-            note(format!("by a parabola {}", shown::number(between, self.unit)), true);
+            notes.push(note(format!("by a parabola {}", shown::number(between, self.unit)), true));
         }
         let mut difference = None;
         if let Some(published) = e.published {
-            note(format!("published {}", short(published * scale)), false);
+            notes.push(note(format!("published {}", short(published * scale)), false));
             if shown::in_words(e, self.unit).is_none() {
                 let decimals = decimals(e.standard_error * scale);
                 let shown = format!("{:+.decimals$}", (e.value - published) * scale);
                 difference = Some(shown.replace('-', "\u{2212}"));
             }
         }
-        let mut after = Vec::new();
-        let mut note =
-            |words: String, wrap: bool| after.push(json!({"words": words, "wrap": wrap}));
-        match e.bias_bound.filter(|b| *b > SEEN * e.standard_error) {
-            Some(_) if e.interval.is_some() => note("not resolved".to_owned(), false),
-            Some(bound) => note(format!("bias below {}", short(two_digits(bound * scale))), false),
-            None => {}
-        }
-        if let Some(error) = e.wavelength_error.filter(|_| noise.is_none()) {
-            let error = FigureEntry::new(error);
-            note(format!("last wavelengths {}", shown::number(&error, self.unit)), true);
-        }
+        let bias = e.bias_bound.filter(|b| *b > SEEN * e.standard_error).map(|bound| {
+            let bound = || format!("bias below {}", short(two_digits(bound * scale)));
+            note(e.interval.map_or_else(bound, |_| "not resolved".to_owned()), false)
+        });
+        let last = e.wavelength_error.filter(|_| noise.is_none()).map(|error| {
+            let error = shown::number(&FigureEntry::new(error), self.unit);
+            note(format!("last wavelengths {error}"), true)
+        });
+        let after: Vec<Value> = bias.into_iter().chain(last).collect();
         json!({
             "value": value.split(" (").next(),
             "notes": notes, "difference": difference, "after": after,

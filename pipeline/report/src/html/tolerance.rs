@@ -12,16 +12,12 @@ use results::tolerance::{
     BoundEntry, ToleranceFigureEntry, ToleranceResultsFile, YieldEntry, share_words, unseen,
 };
 
-use super::folder::SealedFolder;
 use super::models::label;
 use super::pictures::Album;
 use crate::tolerance::distribution_picture;
 
 /// Contributors of a figure that the page lists.
 const LISTED: usize = 12;
-
-/// A folder with a tolerance analysis, checked.
-pub type ToleranceFolder = SealedFolder<ToleranceResultsFile>;
 
 /// Tables and the picture of `file` for the template.
 ///
@@ -117,15 +113,4 @@ fn contributions(key: &str, figure: &ToleranceFigureEntry) -> Option<Value> {
         "left_out": left_out,
         "unexplained": share_words(found.unexplained),
     }))
-}
-
-/// Versions and hashes at the end of a page of an analysis alone.
-pub(super) fn provenance(file: &ToleranceResultsFile) -> Value {
-    let lines = [
-        ("computed by", format!("{} {}", file.program.name, file.program.version)),
-        ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
-        ("schema of tolerance.json", file.schema_version.to_string()),
-        ("seed", file.seed.to_string()),
-    ];
-    json!({"lines": lines, "inputs": file.inputs, "files": file.files})
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The box beside the first picture: figures asked of a model, figures reached, and verdicts.
 
-use metrics::Bounds;
 use metrics::digits::shortest;
 use metrics::far_field::PeakPlace;
 use metrics::figures::{
@@ -75,8 +74,7 @@ fn constraints(model: &Model, file: &OptimisationFile) -> Vec<Asked> {
     let by = file.stages.last().map_or(String::new(), |stage| format!(", by {}", stage.model));
     let constraint = |entry: &optimisation::ConstraintEntry| {
         let (name, unit) = named_in(model, &entry.figure);
-        let bounds = Bounds { at_least: entry.at_least, at_most: entry.at_most };
-        let wanted = shown::bounds(bounds, unit);
+        let wanted = shown::bounds(entry.bounds(), unit);
         Asked {
             name: format!("{name}{by}"),
             wanted: format!("{wanted} by {} errors", shortest(entry.margin)),

@@ -15,14 +15,11 @@ use super::models::{Columns, label};
 use super::pictures::Album;
 use crate::plots::{Heading, LineColours, Section, cross_section};
 
-/// A folder with a sum of zones, checked.
-pub type ZonesFolder = SealedFolder<ZonesFile>;
-
 /// Figures and pictures of `folder` for the template.
 ///
 /// # Errors
 /// A file of another layout.
-pub fn zones(album: &mut Album, folder: &ZonesFolder) -> Result<Value> {
+pub fn zones(album: &mut Album, folder: &SealedFolder<ZonesFile>) -> Result<Value> {
     let file = &folder.file;
     let captions = MAPS.into_iter().zip([
         "Backlight at the drives of the pattern",
@@ -47,7 +44,7 @@ pub fn zones(album: &mut Album, folder: &ZonesFolder) -> Result<Value> {
 }
 
 /// Light of one zone over the distance from its middle.
-fn spread(album: &mut Album, folder: &ZonesFolder) -> Result<Value> {
+fn spread(album: &mut Album, folder: &SealedFolder<ZonesFile>) -> Result<Value> {
     let (file, path) = (&folder.file, folder.directory().join(SPREAD));
     let columns = Columns::read(&path)?;
     let unit = Unit::from_name(&file.unit).unwrap_or(Unit::Relative);
@@ -76,14 +73,4 @@ fn spread(album: &mut Album, folder: &ZonesFolder) -> Result<Value> {
         "Backlight of the zone in column {zone_column} and row {zone_row} from the top, at full drive, as means over rings."
     );
     Ok(album.fixed(&picture, &caption))
-}
-
-/// Versions and hashes at the end of the page.
-pub(super) fn provenance(file: &ZonesFile) -> Value {
-    let lines = [
-        ("computed by", format!("batwing {}", file.version)),
-        ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
-        ("seed", file.seed.to_string()),
-    ];
-    json!({"lines": lines, "inputs": file.inputs, "files": file.files})
 }

@@ -11,7 +11,6 @@ use super::Heading;
 use super::draw::canvas::{Align, Letters, Picture, Rect};
 use super::draw::colour::Colour;
 use super::draw::panel::{Panel, PanelAxis, TICK_SIZE};
-use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, Sample, Sheet};
 
 /// Pixels of a line, of its bar, and of a picture without lines.
@@ -53,10 +52,9 @@ pub fn share_bars(
     let body = sheet.body.inset(left, 10.0, 20.0, 65.0);
     let total = |bar: &ShareBar| bar.shares.iter().map(|s| s.value).sum::<f64>();
     let top = bars.iter().map(total).fold(1e-9, f64::max);
-    let scale = AxisScale::Linear { low: 0.0, high: 1.04 * top };
     let panel = Panel {
         area: body,
-        x: PanelAxis::linear(&Quantity::new(quantity, Unit::Fraction), scale, 8),
+        x: PanelAxis::linear(&Quantity::new(quantity, Unit::Fraction), [0.0, 1.04 * top], 8),
         y: PanelAxis::blank(0.0, 1.0),
     };
     panel.grid(&mut sheet.canvas);
@@ -76,7 +74,7 @@ pub fn share_bars(
         }
     }
     panel.frame(&mut sheet.canvas);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 #[cfg(test)]

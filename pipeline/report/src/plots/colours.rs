@@ -12,33 +12,9 @@ use super::draw::canvas::{Align, Canvas, Letters, Picture, Rect};
 use super::draw::colour::{Colour, glow, largest_channel, real};
 use super::draw::line_colours::LineColours;
 use super::draw::panel::{BAND_ERRORS, LABEL_SIZE, Panel, PanelAxis, colour_bar};
-use super::draw::scale::{AxisScale, significant};
+use super::draw::scale::significant;
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, curve_legend, curve_pens};
 use super::map::{BELOW, LedOutline, draw_led, map_panel};
-
-/// A map of colours over a plane.
-#[derive(Clone, Copy, Debug)]
-pub struct ColourPlane<'a> {
-    /// Title, design and model.
-    pub heading: &'a Heading,
-    /// Axes of the recorded bins: columns, rows.
-    pub axes: [&'a Axis; 2],
-    /// Colours in bins of recorded ones.
-    pub map: &'a ColourMap,
-    /// LEDs under the plane.
-    pub leds: &'a [LedOutline],
-}
-
-/// Colours over the polar angle.
-#[derive(Clone, Copy, Debug)]
-pub struct AngleColours<'a> {
-    /// Title, design and model.
-    pub heading: &'a Heading,
-    /// Edges of the recorded rings, degrees.
-    pub axis: &'a Axis,
-    /// Colours of one column of rings.
-    pub map: &'a ColourMap,
-}
 
 /// Ground of what is not resolved, and the lines over it.
 const UNRESOLVED: [Colour; 2] = [Colour::new(205, 205, 210), Colour::new(185, 185, 191)];
@@ -49,91 +25,75 @@ const HATCH: usize = 60;
 const MIN_SCALE: f64 = 1e-4;
 
 /// Draws the colours as they look beside their differences Δu'v' from the mean, the y axis upwards.
-///
-/// # Errors
-/// None for axes that belong to the map.
-pub fn colour_map(picture: &ColourPlane) -> Result<Picture> {
-    let map = picture.map;
+/// The bins of `map` hold recorded ones, whose columns and rows are `axes`.
+pub fn colour_map(
+    heading: &Heading,
+    axes: [&Axis; 2],
+    map: &ColourMap,
+    leds: &[LedOutline],
+) -> Picture {
     let bins = 0..map.bins.len();
     let lengths: Vec<Option<f64>> =
         bins.map(|bin| map.difference(bin).map(|[u, v]| u.hypot(v))).collect();
     let high = lengths.iter().flatten().copied().fold(MIN_SCALE, f64::max);
     let mut legend = Vec::new();
-    if !picture.leds.is_empty() {
+    if !leds.is_empty() {
         legend.push(Entry::new(Sample::Frame(super::palette::LED), "LED"));
     }
     if lengths.iter().any(Option::is_none) {
         legend.push(Entry::new(Sample::Area(UNRESOLVED[0]), "not resolved"));
     }
-    let mut sheet = Sheet::new(1600, 770, picture.heading, &legend);
+    let mut sheet = Sheet::new(1600, 770, heading, &legend);
     let [mut left, mut right] = [sheet.body; 2];
     (left.right, right.left) = (sheet.body.centre()[0], sheet.body.centre()[0]);
+    let recorded = axes.map(Axis::bins);
+    let step = (recorded[0].max(recorded[1]) / HATCH).max(1);
+    let mut draw = |room: Rect, words: &str, colour: &dyn Fn(&ColourBin) -> Option<Colour>| {
+        let panel = map_panel(&mut sheet, room, axes);
+        let canvas = &mut sheet.canvas;
+        canvas.image(panel.area, recorded, false, |column, row| {
+            let row = recorded[1] - 1 - row;
+            let bin = row / map.together[1] * map.size[0] + column / map.together[0];
+            colour(&map.bins[bin]).unwrap_or(UNRESOLVED[(column + row) / step % 2])
+        });
+        let letters = Letters::new(LABEL_SIZE, Align::Left).bold();
+        canvas.text(words, [panel.area.left, panel.area.top - 18.0], &letters);
+        for led in leds {
+            draw_led(canvas, &panel, led);
+        }
+        panel.frame(canvas);
+        panel
+    };
 
-    let real = Brightness::new(map);
-    let words = "as it looks, linear in luminance";
-    draw(&mut sheet, left, picture, words, |bin| bin.colour.map(|_| real.of(bin.xyz)));
+    // The brightest channel of all bins is full.
+    let resolved = map.bins.iter().filter(|bin| bin.colour.is_some());
+    let full = resolved.map(|bin| largest_channel(bin.xyz)).fold(f64::MIN_POSITIVE, f64::max);
+    draw(left, "as it looks, linear in luminance", &|bin| real_beside(bin, full));
     let quantity = Quantity::new("Δu'v' from the mean", Unit::Relative);
-    let levels = PanelAxis::linear(&quantity, AxisScale::Linear { low: 0.0, high }, 6);
+    let levels = PanelAxis::linear(&quantity, [0.0, high], 6);
     let words = format!("Δu'v' from the mean, 0 to {}", significant(high, 2));
-    let panel = draw(&mut sheet, right, picture, &words, |bin| {
+    let panel = draw(right, &words, &|bin| {
         let uv = bin.colour?.uv;
         let length = (uv[0] - map.mean.uv[0]).hypot(uv[1] - map.mean.uv[1]);
         Some(glow(levels.scale.share(length)))
     });
     let bar = colour_bar(&mut sheet.canvas, &panel, &levels, glow);
     sheet.canvas.cut((panel.area.bottom + BELOW).max(bar.bottom + 20.0));
-    Ok(sheet.finish())
+    sheet.canvas.finish()
 }
 
-/// Draws one of the maps in this room.
-fn draw(
-    sheet: &mut Sheet,
-    room: Rect,
-    picture: &ColourPlane,
-    words: &str,
-    colour: impl Fn(&ColourBin) -> Option<Colour>,
-) -> Panel {
-    let panel = map_panel(sheet, room, picture.axes);
-    let map = picture.map;
-    let recorded = picture.axes.map(Axis::bins);
-    let step = (recorded[0].max(recorded[1]) / HATCH).max(1);
-    sheet.canvas.image(panel.area, recorded, false, |column, row| {
-        let row = recorded[1] - 1 - row;
-        let bin = row / map.together[1] * map.size[0] + column / map.together[0];
-        colour(&map.bins[bin]).unwrap_or(UNRESOLVED[(column + row) / step % 2])
-    });
-    let canvas = &mut sheet.canvas;
-    let letters = Letters::new(LABEL_SIZE, Align::Left).bold();
-    canvas.text(words, [panel.area.left, panel.area.top - 18.0], &letters);
-    for led in picture.leds {
-        draw_led(canvas, &panel, led);
-    }
-    panel.frame(canvas);
-    panel
-}
-
-/// Real colours whose brightest channel is full.
-struct Brightness(f64);
-
-impl Brightness {
-    fn new(map: &ColourMap) -> Self {
-        let resolved = map.bins.iter().filter(|bin| bin.colour.is_some());
-        Self(resolved.map(|bin| largest_channel(bin.xyz)).fold(f64::MIN_POSITIVE, f64::max))
-    }
-
-    fn of(&self, xyz: [f64; 3]) -> Colour {
-        real(xyz.map(|v| v / self.0))
-    }
+/// The real colour of a bin, where it is resolved, beside channels of at most `full`.
+fn real_beside(bin: &ColourBin, full: f64) -> Option<Colour> {
+    bin.colour.map(|_| real(bin.xyz.map(|v| v / full)))
 }
 
 /// Draws u' and v' less those of all light over the polar angle, above the colours as they look at
-/// one luminance.
+/// one luminance; `map` has one column of rings, with their edges in degrees on `axis`.
 ///
 /// # Errors
-/// None for axes that belong to the map.
-pub fn colour_over_angle(picture: &AngleColours) -> Result<Picture> {
-    let map = picture.map;
-    let edges = picture.axis.edges();
+/// None for an axis that belongs to the map.
+pub fn colour_over_angle(heading: &Heading, axis: &Axis, map: &ColourMap) -> Result<Picture> {
+    let edges = axis.edges();
     let ring = |bin: usize| {
         let first = bin * map.together[1];
         [edges[first], edges[(first + map.together[1]).min(edges.len() - 1)]]
@@ -148,17 +108,16 @@ pub fn colour_over_angle(picture: &AngleColours) -> Result<Picture> {
     let pens = curve_pens(LineColours::Ordered, 2, &[]);
     let firsts: Vec<Curve> = curves.iter().filter_map(|runs| runs.first().cloned()).collect();
     let mut legend = curve_legend(&firsts, &pens);
-    let is_unresolved = map.bins.iter().any(|bin| bin.colour.is_none());
-    if is_unresolved {
+    if map.bins.iter().any(|bin| bin.colour.is_none()) {
         legend.push(Entry::new(Sample::Area(UNRESOLVED[0]), "not resolved"));
     }
-    let mut sheet = Sheet::new(WIDTH, HEIGHT, picture.heading, &legend);
+    let mut sheet = Sheet::new(WIDTH, HEIGHT, heading, &legend);
     let body = sheet.body.inset(75.0, 5.0, 10.0, 65.0);
     let strip = Rect::new(body.left, body.bottom - 60.0, body.right, body.bottom);
-    let [low, high] = picture.axis.range();
-    let x = PanelAxis::position(picture.axis.quantity(), low, high, 10);
+    let [low, high] = axis.range();
+    let x = PanelAxis::position(axis.quantity(), low, high, 10);
     let quantity = Quantity::new("difference from the mean", Unit::Relative);
-    let y = PanelAxis::linear(&quantity, AxisScale::Linear { low: -reach, high: reach }, 7);
+    let y = PanelAxis::linear(&quantity, [-reach, reach], 7);
     let area = Rect::new(body.left, body.top, body.right, strip.top - 20.0);
     let upper = Panel { area, x: x.clone().bare(), y };
     let lower = Panel { area: strip, x, y: PanelAxis::blank(0.0, 1.0) };
@@ -178,15 +137,14 @@ pub fn colour_over_angle(picture: &AngleColours) -> Result<Picture> {
     let room = upper.number_room();
     upper.frame_with_room(&mut sheet.canvas, room);
     lower.frame_with_room(&mut sheet.canvas, room);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 fn draw_strip(canvas: &mut Canvas, area: Rect, bin: &ColourBin) {
     // Neighbours overlap by a little, so that nothing shines through between them.
     let area = Rect::new(area.left, area.top, area.right + 0.5, area.bottom);
     let full = largest_channel(bin.xyz).max(f64::MIN_POSITIVE);
-    let colour = bin.colour.map(|_| real(bin.xyz.map(|v| v / full)));
-    canvas.rectangle(area, colour.unwrap_or(UNRESOLVED[0]));
+    canvas.rectangle(area, real_beside(bin, full).unwrap_or(UNRESOLVED[0]));
 }
 
 /// Runs of rings that are resolved, of u' (0) or v' (1) less the mean.
@@ -239,13 +197,9 @@ mod tests {
         let axis = |name| {
             Axis::uniform(Quantity::new(name, Unit::Millimetre), -2.0, 2.0, 2).expect("an axis")
         };
-        let picture = colour_map(&ColourPlane {
-            heading: &Heading::new("Colours", "D1"),
-            axes: [&axis("x"), &axis("y")],
-            map: &map,
-            leds: &[],
-        });
-        let picture = decode(&picture.expect("drawn"));
+        let heading = Heading::new("Colours", "D1");
+        let picture = colour_map(&heading, [&axis("x"), &axis("y")], &map, &[]);
+        let picture = decode(&picture);
         let colour = |x: u32, y: u32| {
             let p = picture.pixel(x, y).expect("a pixel");
             [p.red(), p.green(), p.blue()]
@@ -271,7 +225,6 @@ mod tests {
         let ends: Vec<&[f64]> = runs.iter().map(Curve::x).collect();
         assert_eq!(ends, [&[7.5, 22.5][..], &[52.5, 67.5]]);
         let heading = Heading::new("Colours", "D1");
-        let picture = AngleColours { heading: &heading, axis: &axis, map: &map };
-        assert!(colour_over_angle(&picture).is_ok());
+        assert!(colour_over_angle(&heading, &axis, &map).is_ok());
     }
 }

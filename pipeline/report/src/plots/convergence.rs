@@ -11,7 +11,6 @@ use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
 use super::draw::colour::Colour;
 use super::draw::line_colours::LineColours;
 use super::draw::panel::{LABEL_SIZE, Panel, PanelAxis};
-use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, Sample, Sheet, curve_pens};
 
 /// One curve of errors over the resolutions of a [`Refinement`].
@@ -119,7 +118,7 @@ pub fn convergence(
         let letters = Letters::new(LABEL_SIZE, Align::Centre).bold();
         canvas.text(&r.title, place, &letters);
     }
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 /// Distances of panels, pixels.
@@ -156,8 +155,7 @@ fn axis(r: &Refinement) -> PanelAxis {
         PanelAxis::log(&what, first / room, last * room, 8)
     } else {
         let room = (0.04 * (last - first)).max(0.5);
-        let scale = AxisScale::Linear { low: first - room, high: last + room };
-        PanelAxis::linear(&what, scale, 9)
+        PanelAxis::linear(&what, [first - room, last + room], 9)
     }
 }
 

@@ -14,7 +14,7 @@ use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
 use super::draw::colour::Colour;
 use super::draw::palette;
 use super::draw::panel::{BAND_ERRORS, LINE as LINE_OF_NAME, Panel, PanelAxis, TICK_SIZE};
-use super::draw::scale::AxisScale;
+use super::draw::scale;
 use super::draw::sheet::{Entry, Sample, Sheet, diamond};
 use crate::summary::SummaryRow;
 
@@ -232,11 +232,11 @@ impl Chart {
             let left = body.left + column as f64 * (width + GAP);
             let area = Rect::new(left, body.top, left + width, body.bottom);
             let dots = || self.dots.iter().filter(|dot| dot.column == column);
-            let scale = self.scale(dots().flat_map(Dot::ends));
+            let ends = self.scale(dots().flat_map(Dot::ends));
             let count = ((width / TICK) as usize).clamp(2, 8);
             let panel = Panel {
                 area,
-                x: PanelAxis::linear(quantity, scale, count),
+                x: PanelAxis::linear(quantity, ends, count),
                 y: PanelAxis::blank(0.0, 1.0),
             };
             let canvas = &mut sheet.canvas;
@@ -265,23 +265,19 @@ impl Chart {
                 sheet.canvas.text(part, [body.left - 14.0, y], &names);
             }
         }
-        Ok(sheet.finish())
+        Ok(sheet.canvas.finish())
     }
 
     /// The range of a column, with a margin.
-    fn scale(&self, ends: impl Iterator<Item = f64>) -> AxisScale {
-        let (low, high) =
-            ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    fn scale(&self, ends: impl Iterator<Item = f64>) -> [f64; 2] {
+        let [low, high] = scale::ends(ends);
         if self.from_zero {
             let (low, high) = drawn(low.min(0.0), high.max(0.0));
             let margin = 0.06 * (high - low);
-            return AxisScale::Linear {
-                low: if low < 0.0 { low - margin } else { 0.0 },
-                high: high + margin,
-            };
+            return [if low < 0.0 { low - margin } else { 0.0 }, high + margin];
         }
         let margin = 0.1 * (high - low).max(0.01 * high.abs()).max(1e-9);
-        AxisScale::Linear { low: low - margin, high: high + margin }
+        [low - margin, high + margin]
     }
 
     fn dot(
@@ -450,7 +446,7 @@ mod tests {
     #[test]
     fn an_axis_holds_all_its_numbers() {
         let chart = Chart::default();
-        let [low, high] = chart.scale([0.5, 0.88, 0.92, 0.95].into_iter()).ends();
+        let [low, high] = chart.scale([0.5, 0.88, 0.92, 0.95].into_iter());
         assert!(low < 0.5 && high > 0.95);
     }
 }

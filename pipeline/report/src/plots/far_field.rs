@@ -11,7 +11,6 @@ use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
 use super::draw::colour::Colour;
 use super::draw::line_colours::LineColours;
 use super::draw::panel::{BAND_ERRORS, LABEL_SIZE, Panel, PanelAxis, TICK_SIZE, draw_curves};
-use super::draw::scale::AxisScale;
 use super::draw::sheet::{CURVE, HEIGHT, Sheet, WIDTH, curve_legend, curve_pens};
 
 /// Intensity curves over the polar angle θ in degrees. Negative angles are the half-plane opposite
@@ -100,7 +99,7 @@ pub fn far_field_cartesian(far_field: &FarField) -> Result<Picture> {
     let mut sheet = far_field.sheet(WIDTH, HEIGHT);
     let area = sheet.body.inset(75.0, 12.0, 10.0, 65.0);
     draw_cartesian(&mut sheet.canvas, area, far_field, 12);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 /// Intensity as radius over θ as angle from the vertical axis, with error bands.
@@ -112,7 +111,7 @@ pub fn far_field_polar(far_field: &FarField) -> Result<Picture> {
     let mut sheet = far_field.sheet(WIDTH, 820);
     let body = sheet.body;
     draw_polar(&mut sheet.canvas, body, far_field);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 /// Far fields of single elements (figures 3 and 4 of the paper): left as they are over θ, right
@@ -145,17 +144,16 @@ pub fn element_far_fields(far_field: &FarField) -> Result<Picture> {
     let left = left.inset(75.0, 5.0, 0.0, 65.0);
     draw_cartesian(&mut sheet.canvas, left, far_field, 7);
     draw_polar(&mut sheet.canvas, right, &normalised);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 fn draw_cartesian(canvas: &mut Canvas, area: Rect, far_field: &FarField, count: usize) {
     let [low, high] = far_field.angles();
     let theta = Quantity::new("polar angle θ", Unit::Degree);
-    let intensity = AxisScale::Linear { low: 0.0, high: far_field.top() * 1.06 };
     let panel = Panel {
         area,
         x: PanelAxis::position(&theta, low, high, count),
-        y: PanelAxis::linear(far_field.quantity, intensity, 7),
+        y: PanelAxis::linear(far_field.quantity, [0.0, far_field.top() * 1.06], 7),
     };
     panel.grid(canvas);
     let pens = far_field.pens();
@@ -194,9 +192,8 @@ impl HalfDisc {
 }
 
 fn draw_polar(canvas: &mut Canvas, room: Rect, far_field: &FarField) {
-    let scale = AxisScale::Linear { low: 0.0, high: far_field.top() * 1.03 };
-    let axis = PanelAxis::linear(far_field.quantity, scale, 7);
-    let top = axis.scale.ends()[1];
+    let top = far_field.top() * 1.03;
+    let axis = PanelAxis::linear(far_field.quantity, [0.0, top], 7);
     let (below, around) = (80.0, 42.0);
     let radius = (room.width() / 2.0 - around - 12.0).min(room.height() - below - around);
     let spare = room.height() - below - around - radius;

@@ -10,7 +10,7 @@ use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
 use super::draw::colour::{Colour, diverging, glow};
 use super::draw::palette::LED;
 use super::draw::panel::{BAND_ERRORS, LABEL_SIZE, Mark, Panel, PanelAxis, colour_bar, draw_marks};
-use super::draw::scale::{AxisScale, common_power, power_of_ten, rounded, significant};
+use super::draw::scale::{common_power, power_of_ten, rounded, significant};
 use super::draw::sheet::{Entry, Sample, Sheet, led_outline};
 
 /// The outline of an LED seen from above, in the unit of the map's axes.
@@ -76,7 +76,7 @@ pub fn illuminance_map(picture: &IlluminanceMap) -> Result<Picture> {
     let bottom = draw(&mut sheet, left, picture, MapScale::Linear)?;
     draw(&mut sheet, right, picture, MapScale::Logarithmic)?;
     sheet.canvas.cut(bottom);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 /// Draws a map on one scale.
@@ -88,7 +88,7 @@ pub fn map_on_scale(picture: &IlluminanceMap, scale: MapScale) -> Result<Picture
     let body = sheet.body;
     let bottom = draw(&mut sheet, body, picture, scale)?;
     sheet.canvas.cut(bottom);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 fn legend(picture: &IlluminanceMap) -> Vec<Entry> {
@@ -115,9 +115,8 @@ fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale
     );
     let (levels, words) = match scale {
         MapScale::Linear => {
-            let scale = AxisScale::Linear { low: 0.0, high };
             let words = format!("linear, 0 to {}", significant(high, 2));
-            (PanelAxis::linear(map.quantity(), scale, 6), words)
+            (PanelAxis::linear(map.quantity(), [0.0, high], 6), words)
         }
         MapScale::Logarithmic => {
             let ratio = significant(high / low, 2);
@@ -131,12 +130,11 @@ fn draw(sheet: &mut Sheet, room: Rect, picture: &IlluminanceMap, scale: MapScale
             (PanelAxis::log(map.quantity(), low, high, 6), words)
         }
         MapScale::Difference => {
-            let scale = AxisScale::Linear { low: -high, high };
             let words = match largest_difference(map) {
                 Some(high) => format!("difference, within ±{}", significant(high, 2)),
                 None => "no difference beyond two errors, of".to_owned(),
             };
-            (PanelAxis::linear(map.quantity(), scale, 6), words)
+            (PanelAxis::linear(map.quantity(), [-high, high], 6), words)
         }
     };
     let tint = if scale == MapScale::Difference { diverging } else { glow };
@@ -238,13 +236,12 @@ pub fn map_panel(sheet: &mut Sheet, room: Rect, [x, y]: [&Axis; 2]) -> Panel {
     let scale = (room.width() / extent[0]).min(room.height() / extent[1]);
     let [width, height] = extent.map(|e| e * scale);
     let left = room.left + (room.width() - width) / 2.0;
-    let linear = |[low, high]: [f64; 2]| AxisScale::Linear { low, high };
     // Equal steps on both axes.
     let ticks = |length: f64| (9.0 * length / extent[0].max(extent[1])).ceil() as usize;
     let panel = Panel {
         area: Rect::new(left, room.top, left + width, room.top + height),
-        x: PanelAxis::linear(x.quantity(), linear(columns), ticks(extent[0])),
-        y: PanelAxis::linear(y.quantity(), linear(rows), ticks(extent[1])),
+        x: PanelAxis::linear(x.quantity(), columns, ticks(extent[0])),
+        y: PanelAxis::linear(y.quantity(), rows, ticks(extent[1])),
     };
     panel.grid(&mut sheet.canvas);
     panel

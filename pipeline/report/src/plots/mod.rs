@@ -25,7 +25,7 @@ mod search_convergence;
 mod section;
 
 pub use bars::{ShareBar, share_bars};
-pub use colours::{AngleColours, ColourPlane, colour_map, colour_over_angle};
+pub use colours::{colour_map, colour_over_angle};
 pub use convergence::{ErrorCurve, Refinement, convergence};
 pub use dots::{MarkedLine, marked_lines, published_vs_computed};
 pub use draw::canvas::Picture;
@@ -33,16 +33,15 @@ pub use draw::colour::{Colour, glow};
 pub use draw::line_colours::LineColours;
 pub use draw::palette;
 pub use draw::panel::{Mark, MarkKind};
-pub use draw::scale::AxisScale;
 pub use far_field::{FarField, element_far_fields, far_field_cartesian, far_field_polar};
 pub use map::{
     BinImage, IlluminanceMap, LEVELS, LedOutline, MapScale, illuminance_map, map_on_scale,
     map_range,
 };
 pub use near_field::{NearFieldMap, near_field_map};
-pub use orders::{LobeSide, PlaneLobe, grating_lobes};
+pub use orders::grating_lobes;
 pub use pareto::pareto_front;
-pub use sample_distribution::{CumulativeShare, MarkedValue, sample_distribution};
+pub use sample_distribution::{MarkedValue, sample_distribution};
 pub use search_convergence::search_convergence;
 pub use section::{Section, cross_section};
 

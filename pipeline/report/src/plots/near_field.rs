@@ -10,7 +10,6 @@ use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
 use super::draw::colour::{Colour, glow};
 use super::draw::panel::{Panel, PanelAxis, TICK_SIZE, colour_bar};
-use super::draw::scale::AxisScale;
 use super::draw::sheet::Sheet;
 use super::map::{BinImage, false_colours};
 
@@ -60,8 +59,7 @@ pub fn near_field_map(picture: &NearFieldMap) -> Result<Picture> {
     // Beside the panel: 115 left and 200 right; above and below it 200.
     let height = ((f64::from(WIDTH) - 315.0) * aspect).clamp(300.0, 1300.0) + 200.0;
     let mut sheet = Sheet::new(WIDTH, height as u32, picture.heading, &[]);
-    let levels = AxisScale::Linear { low: 0.0, high };
-    let levels = PanelAxis::linear(map.quantity(), levels, 6);
+    let levels = PanelAxis::linear(map.quantity(), [0.0, high], 6);
     let room = sheet.body;
     let panel = false_colours(&mut sheet, room, map, &levels, BinImage::Smooth);
     let canvas = &mut sheet.canvas;
@@ -82,7 +80,7 @@ pub fn near_field_map(picture: &NearFieldMap) -> Result<Picture> {
     }
     panel.frame(canvas);
     colour_bar(canvas, &panel, &levels, glow);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 /// The surface in every period that shows, white on a dark rim.

@@ -5,37 +5,17 @@
 use anyhow::{Result, ensure};
 
 use metrics::quantity::{Quantity, Unit};
+use results::schema::LobeEntry;
 
 use super::Heading;
 use super::draw::canvas::{Align, Canvas, Letters, Pen, Picture, Rect};
 use super::draw::colour::Colour;
 use super::draw::palette;
 use super::draw::panel::{LABEL_SIZE, Panel, PanelAxis};
-use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, Sample, Sheet};
 
 /// Per cent of one.
 const PERCENT: f64 = 100.0;
-
-/// The side that light leaves to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LobeSide {
-    /// Back to where it came from.
-    Reflected,
-    /// Through the structure.
-    Transmitted,
-}
-
-/// Power that leaves in one direction of the plane of incidence.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlaneLobe {
-    /// Side.
-    pub side: LobeSide,
-    /// Angle to the normal of the surface in degrees, -90..90, positive along the grating vector.
-    pub angle_deg: f64,
-    /// Power per incident power, 0..1.
-    pub power: f64,
-}
 
 /// Draws rays above and diffraction orders below, transmitted light left and reflected light right,
 /// all over the same angles; each panel has its own scale of power, since an order carries a small
@@ -45,21 +25,21 @@ pub struct PlaneLobe {
 /// No lobes, angles outside -90°..90°, or powers below 0.
 pub fn grating_lobes(
     heading: &Heading,
-    rays: &[PlaneLobe],
-    orders: &[PlaneLobe],
+    rays: &[LobeEntry],
+    orders: &[LobeEntry],
 ) -> Result<Picture> {
     for (name, lobes) in [("rays", rays), ("orders", orders)] {
         ensure!(!lobes.is_empty(), "{name}: expected at least one lobe");
         for lobe in lobes {
             ensure!(
-                (-90.0..=90.0).contains(&lobe.angle_deg),
+                (-90.0..=90.0).contains(&lobe.theta_deg),
                 "{name}: expected angles within -90°..90°, got {}",
-                lobe.angle_deg
+                lobe.theta_deg
             );
             ensure!(
-                lobe.power >= 0.0 && lobe.power.is_finite(),
+                lobe.share >= 0.0 && lobe.share.is_finite(),
                 "{name}: expected powers of at least 0, got {}",
-                lobe.power
+                lobe.share
             );
         }
     }
@@ -74,8 +54,7 @@ pub fn grating_lobes(
     let width = (body.width() - gaps[0]) / 2.0;
     let height = (body.height() - gaps[1]) / 2.0;
     let models = [("Rays", rays, blue), ("RCWA", orders, red)];
-    let sides = [("transmitted", LobeSide::Transmitted), ("reflected", LobeSide::Reflected)];
-    for (column, (direction, side)) in sides.into_iter().enumerate() {
+    for (column, side) in ["transmitted", "reflected"].into_iter().enumerate() {
         let left = body.left + column as f64 * (width + gaps[0]);
         let panels = [0, 1].map(|row| {
             let top = body.top + row as f64 * (height + gaps[1]);
@@ -86,26 +65,26 @@ pub fn grating_lobes(
         for (panel, (model, lobes, colour)) in panels.iter().zip(models) {
             draw_stems(&mut sheet.canvas, panel, lobes, side, colour);
             panel.frame_with_room(&mut sheet.canvas, room);
-            let total: f64 = on_side(lobes, side).map(|lobe| lobe.power).sum();
-            let title = format!("{model}, {direction}: {:.1} %", total * PERCENT);
+            let total: f64 = on_side(lobes, side).map(|lobe| lobe.share).sum();
+            let title = format!("{model}, {side}: {:.1} %", total * PERCENT);
             let place = [panel.area.centre()[0], panel.area.top - 20.0];
             let letters = Letters::new(LABEL_SIZE, Align::Centre).bold();
             sheet.canvas.text(&title, place, &letters);
         }
     }
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
-fn on_side(lobes: &[PlaneLobe], side: LobeSide) -> impl Iterator<Item = &PlaneLobe> {
+fn on_side(lobes: &[LobeEntry], side: &'static str) -> impl Iterator<Item = &LobeEntry> {
     lobes.iter().filter(move |lobe| lobe.side == side)
 }
 
-fn stem_panel(area: Rect, lobes: &[PlaneLobe], side: LobeSide, named: bool) -> Panel {
+fn stem_panel(area: Rect, lobes: &[LobeEntry], side: &'static str, named: bool) -> Panel {
     let share = Quantity::new("share of incident power", Unit::Fraction);
     let angle = Quantity::new("angle to the surface normal", Unit::Degree);
-    let top = on_side(lobes, side).fold(0.0f64, |top, lobe| top.max(lobe.power));
-    let power = AxisScale::Linear { low: 0.0, high: if top > 0.0 { top * 1.1 } else { 1.0 } };
-    let mut x = PanelAxis::angle(&angle, -90.0, 90.0, 15.0);
+    let top = on_side(lobes, side).fold(0.0f64, |top, lobe| top.max(lobe.share));
+    let power = [0.0, if top > 0.0 { top * 1.1 } else { 1.0 }];
+    let mut x = PanelAxis::position(&angle, -90.0, 90.0, 12);
     if !named {
         x.label.clear();
     }
@@ -115,17 +94,17 @@ fn stem_panel(area: Rect, lobes: &[PlaneLobe], side: LobeSide, named: bool) -> P
 fn draw_stems(
     canvas: &mut Canvas,
     panel: &Panel,
-    lobes: &[PlaneLobe],
-    side: LobeSide,
+    lobes: &[LobeEntry],
+    side: &'static str,
     colour: Colour,
 ) {
     panel.grid(canvas);
     let stem = Pen::solid(colour, 2.2);
     for lobe in on_side(lobes, side) {
-        let foot = panel.at(lobe.angle_deg, 0.0);
-        let head = panel.at(lobe.angle_deg, lobe.power);
-        let share = PERCENT * lobe.power;
-        let words = format!("{:.1}°: {share:.3} %", lobe.angle_deg);
+        let foot = panel.at(lobe.theta_deg, 0.0);
+        let head = panel.at(lobe.theta_deg, lobe.share);
+        let share = PERCENT * lobe.share;
+        let words = format!("{:.1}°: {share:.3} %", lobe.theta_deg);
         canvas.with_tooltip(&words, |canvas| {
             canvas.line(foot, head, &stem);
             canvas.disk(head, 4.2, colour);
@@ -138,8 +117,8 @@ mod tests {
     use super::super::draw::canvas::tests::decode;
     use super::*;
 
-    fn lobe(angle_deg: f64, power: f64) -> PlaneLobe {
-        PlaneLobe { side: LobeSide::Transmitted, angle_deg, power }
+    fn lobe(theta_deg: f64, share: f64) -> LobeEntry {
+        LobeEntry { side: "transmitted".to_owned(), theta_deg, share, order: None }
     }
 
     #[test]

@@ -13,7 +13,7 @@ use super::draw::canvas::{Canvas, Pen, Picture, Point};
 use super::draw::colour::Colour;
 use super::draw::palette;
 use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis};
-use super::draw::scale::AxisScale;
+use super::draw::scale::ends_with_room;
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, diamond};
 
 /// Radius of a dot, pixels.
@@ -42,9 +42,9 @@ pub fn pareto_front(
     legend.push(Entry::new(Sample::Line(bar), "±2 standard errors, or between two ends"));
     let mut sheet = Sheet::new(WIDTH, HEIGHT, heading, &legend);
     let axis = |number: usize, count: usize| {
-        let all = designs.iter().chain(&before).map(|pair| pair[number]);
+        let all = designs.iter().chain(&before).flat_map(|pair| ends(&pair[number]));
         let (name, unit) = shown::named(names[number]);
-        PanelAxis::linear(&Quantity::new(name, unit), scale(all), count)
+        PanelAxis::linear(&Quantity::new(name, unit), ends_with_room(all, ROOM), count)
     };
     let panel =
         Panel { area: sheet.body.inset(90.0, 12.0, 10.0, 65.0), x: axis(0, 8), y: axis(1, 6) };
@@ -63,18 +63,10 @@ pub fn pareto_front(
         });
     }
     panel.frame(canvas);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
-/// The range of figures with their bars.
-fn scale(figures: impl Iterator<Item = FigureEntry>) -> AxisScale {
-    let ends = figures.flat_map(|figure| ends(&figure));
-    let start = (f64::INFINITY, f64::NEG_INFINITY);
-    let (low, high) = ends.fold(start, |(low, high), v| (low.min(v), high.max(v)));
-    let room = ROOM * (high - low).max(1e-9);
-    AxisScale::Linear { low: low - room, high: high + room }
-}
-
+/// Ends of the bar of a figure.
 fn ends(figure: &FigureEntry) -> [f64; 2] {
     let half = BAND_ERRORS * figure.standard_error;
     figure.ends().unwrap_or([figure.value - half, figure.value + half])

@@ -5,28 +5,18 @@
 use anyhow::{Result, ensure};
 
 use metrics::quantity::{Quantity, Unit};
+use results::tolerance::CumulativeShareEntry;
 
 use super::Heading;
 use super::draw::canvas::{Pen, Picture};
 use super::draw::colour::Colour;
 use super::draw::palette;
 use super::draw::panel::{Panel, PanelAxis};
-use super::draw::scale::AxisScale;
+use super::draw::scale::ends_with_room;
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH};
 
 /// Room beside the values, as a share of what they span.
 const ROOM: f64 = 0.05;
-
-/// A value with the share of packages at or below it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CumulativeShare {
-    /// Value of the figure.
-    pub value: f64,
-    /// Share of packages.
-    pub share: f64,
-    /// 95 % interval of the share.
-    pub interval: [f64; 2],
-}
 
 /// A vertical line with its name.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +34,7 @@ pub struct MarkedValue {
 pub fn sample_distribution(
     heading: &Heading,
     (name, unit): (&str, Unit),
-    shares: &[CumulativeShare],
+    shares: &[CumulativeShareEntry],
     nominal: &MarkedValue,
     limits: &[MarkedValue],
 ) -> Result<Picture> {
@@ -64,26 +54,20 @@ pub fn sample_distribution(
 
     let marked = limits.iter().chain([nominal]).map(|mark| mark.value);
     let values = shares.iter().map(|one| one.value).chain(marked);
-    let start = (f64::INFINITY, f64::NEG_INFINITY);
-    let (low, high) = values.fold(start, |(low, high), v| (low.min(v), high.max(v)));
-    let room = ROOM * (high - low).max(1e-9);
-    let linear = |name: String, unit, low, high, count| {
-        let scale = AxisScale::Linear { low, high };
-        PanelAxis::linear(&Quantity::new(name, unit), scale, count)
-    };
+    let packages = Quantity::new("share of packages", Unit::Fraction);
     let panel = Panel {
         area: sheet.body.inset(80.0, 12.0, 10.0, 65.0),
-        x: linear(name.to_owned(), unit, low - room, high + room, 8),
-        y: linear("share of packages".to_owned(), Unit::Fraction, 0.0, 1.0, 6),
+        x: PanelAxis::linear(&Quantity::new(name, unit), ends_with_room(values, ROOM), 8),
+        y: PanelAxis::linear(&packages, [0.0, 1.0], 6),
     };
     let canvas = &mut sheet.canvas;
     panel.grid(canvas);
-    let line = |of: &dyn Fn(&CumulativeShare) -> f64| -> Vec<[f64; 2]> {
+    let line = |of: &dyn Fn(&CumulativeShareEntry) -> f64| -> Vec<[f64; 2]> {
         let points = shares.iter().map(|one| panel.at(one.value, of(one)));
         points.collect()
     };
-    let mut band = line(&|one| one.interval[1]);
-    band.extend(line(&|one| one.interval[0]).into_iter().rev());
+    let mut band = line(&|one| one.interval_95[1]);
+    band.extend(line(&|one| one.interval_95[0]).into_iter().rev());
     canvas.polygon(&band, colour.with_opacity(0.25));
     canvas.polyline(&line(&|one| one.share), &curve);
     for (mark, pen) in limits.iter().map(|limit| (limit, &solid)).chain([(nominal, &dashed)]) {
@@ -92,7 +76,7 @@ pub fn sample_distribution(
         });
     }
     panel.frame(canvas);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 #[cfg(test)]
@@ -102,16 +86,16 @@ mod tests {
     #[test]
     fn pictures_differ_with_their_shares_and_limits() {
         let heading = Heading::new("distribution", "test");
-        let shares = |shift: f64| -> Vec<CumulativeShare> {
-            let one = |k: i32| CumulativeShare {
+        let shares = |shift: f64| -> Vec<CumulativeShareEntry> {
+            let one = |k: i32| CumulativeShareEntry {
                 value: 0.5 + 0.01 * f64::from(k) + shift,
                 share: f64::from(k) / 10.0,
-                interval: [f64::from(k) / 12.0, f64::from(k + 1) / 11.0],
+                interval_95: [f64::from(k) / 12.0, f64::from(k + 1) / 11.0],
             };
             (1..=10).map(one).collect()
         };
         let mark = |label: &str, value| MarkedValue { label: label.to_owned(), value };
-        let draw = |shares: &[CumulativeShare], limits: &[MarkedValue]| {
+        let draw = |shares: &[CumulativeShareEntry], limits: &[MarkedValue]| {
             let nominal = mark("without deviations", 0.62);
             sample_distribution(&heading, ("uniformity", Unit::Fraction), shares, &nominal, limits)
         };

@@ -10,7 +10,7 @@ use super::Heading;
 use super::draw::canvas::Picture;
 use super::draw::line_colours::LineColours;
 use super::draw::panel::{BAND_ERRORS, Panel, PanelAxis};
-use super::draw::scale::AxisScale;
+use super::draw::scale::ends_with_room;
 use super::draw::sheet::{HEIGHT, Sheet, WIDTH, curve_legend, curve_pens};
 
 /// Room above and below the curves, as a share of what they span.
@@ -22,31 +22,22 @@ const ROOM: f64 = 0.06;
 /// No curve.
 pub fn search_convergence(heading: &Heading, curves: &[Curve]) -> Result<Picture> {
     ensure!(!curves.is_empty(), "a convergence picture needs at least one curve");
-    let band = |sign: f64| {
-        let points = |curve: &Curve| {
-            let pairs = curve.value().iter().zip(curve.standard_error());
-            pairs.map(move |(v, e)| v + sign * BAND_ERRORS * e).collect::<Vec<_>>()
-        };
-        curves.iter().flat_map(points).collect::<Vec<f64>>()
-    };
-    let low = band(-1.0).into_iter().fold(f64::INFINITY, f64::min);
-    let high = band(1.0).into_iter().fold(f64::NEG_INFINITY, f64::max);
-    let room = ROOM * (high - low).max(1e-9);
+    let points = curves.iter().flat_map(|c| c.value().iter().zip(c.standard_error()));
+    let bands = points.flat_map(|(v, e)| [v - BAND_ERRORS * e, v + BAND_ERRORS * e]);
     let last = curves.iter().flat_map(Curve::x).copied().fold(1.0, f64::max);
     let pens = curve_pens(LineColours::Neutral, curves.len(), &[]);
     let mut sheet = Sheet::new(WIDTH, HEIGHT, heading, &curve_legend(curves, &pens));
-    let linear = |name: &str, low, high, count| {
-        let scale = AxisScale::Linear { low, high };
-        PanelAxis::linear(&Quantity::new(name, Unit::Relative), scale, count)
+    let linear = |name: &str, ends, count| {
+        PanelAxis::linear(&Quantity::new(name, Unit::Relative), ends, count)
     };
     let panel = Panel {
         area: sheet.body.inset(80.0, 12.0, 10.0, 65.0),
-        x: linear("candidates", 0.0, last, 8),
-        y: linear("objective, smaller is better", low - room, high + room, 6),
+        x: linear("candidates", [0.0, last], 8),
+        y: linear("objective, smaller is better", ends_with_room(bands, ROOM), 6),
     };
     let canvas = &mut sheet.canvas;
     panel.grid(canvas);
     panel.curves(canvas, curves, &pens);
     panel.frame(canvas);
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }

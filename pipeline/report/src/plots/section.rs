@@ -12,8 +12,8 @@ use super::draw::colour::Colour;
 use super::draw::line_colours::LineColours;
 use super::draw::palette::LED_GROUND;
 use super::draw::panel::{BAND_ERRORS, Mark, Panel, PanelAxis, TICK_SIZE, draw_marks};
-use super::draw::scale::AxisScale;
 use super::draw::sheet::{Entry, HEIGHT, Sample, Sheet, WIDTH, curve_legend, curve_pens};
+use super::map::LEVELS;
 
 /// A cross-section with the LEDs below it.
 #[derive(Clone, Copy, Debug)]
@@ -38,12 +38,8 @@ pub struct Section<'a> {
     pub range: Option<[f64; 2]>,
 }
 
-/// Ratio of the largest value to the start of the logarithmic axis: the 256 levels of the paper's
-/// equation 2.
-const LEVELS: f64 = 256.0;
-
-/// Draws a section, linear above and logarithmic below, from the largest value down to a 256th of
-/// it at most.
+/// Draws a section, linear above and logarithmic below, from the largest value down to one of
+/// [`LEVELS`] parts of it at most.
 ///
 /// # Errors
 /// No curves, or an LED whose end lies before its start.
@@ -78,7 +74,6 @@ pub fn cross_section(section: &Section) -> Result<Picture> {
     // valley.
     let lowest = lowest.max(top / LEVELS);
     let log_room = (top / lowest).powf(0.22).max(1.1);
-    let linear = AxisScale::Linear { low: 0.0, high: top * 1.17 };
     let x = PanelAxis::position(section.position, low, high, 10);
     let body = sheet.body.inset(75.0, 5.0, 10.0, 65.0);
     let gap = 26.0;
@@ -86,7 +81,7 @@ pub fn cross_section(section: &Section) -> Result<Picture> {
     let upper = Panel {
         area: Rect::new(body.left, body.top, body.right, body.top + height),
         x: x.clone().bare(),
-        y: PanelAxis::linear(section.quantity, linear, 5),
+        y: PanelAxis::linear(section.quantity, [0.0, top * 1.17], 5),
     };
     let lower = Panel {
         area: Rect::new(body.left, body.bottom - height, body.right, body.bottom),
@@ -98,7 +93,7 @@ pub fn cross_section(section: &Section) -> Result<Picture> {
         draw(&mut sheet.canvas, panel, section, &pens);
         panel.frame_with_room(&mut sheet.canvas, room);
     }
-    Ok(sheet.finish())
+    Ok(sheet.canvas.finish())
 }
 
 fn draw(canvas: &mut Canvas, panel: &Panel, section: &Section, pens: &[Pen]) {
@@ -113,7 +108,7 @@ fn draw(canvas: &mut Canvas, panel: &Panel, section: &Section, pens: &[Pen]) {
     panel.grid(canvas);
     panel.curves(canvas, section.curves, pens);
     if let Some((value, name)) = section.level {
-        let [_, y] = panel.at(panel.x.scale.ends()[0], value);
+        let [_, y] = panel.at(panel.x.scale.ends[0], value);
         canvas.line([area.left, y], [area.right, y], &LEVEL);
         let letters = Letters::new(TICK_SIZE, Align::Centre);
         canvas.text_with_rim(name, [area.centre()[0], y - 14.0], &letters);

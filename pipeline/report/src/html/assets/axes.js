@@ -1,27 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-// Axes of the scattering explorer, whose plots follow its controls: straight ones, linear or logarithmic, and polar ones.
+// Axes of the scattering explorer, whose plots follow its controls: straight and polar ones.
 
 const LETTER = 6.6; // mean width of a letter of 12 px
 
-// spec: { width, height, x, y }, an axis: { min, max, log, label, ticks, name } with `name` turning a tick into text.
-function frame({ width, height, x, y, title }) {
-  const fill = (axis, most) => ({ ...axis, ticks: axis.ticks || (axis.log ? logTicks(axis.min, axis.max) : ticks(axis.min, axis.max, most)) });
+// spec: { width, height, x, y }, an axis: { min, max, label, ticks, name } with `name` turning a tick into text.
+function frame({ width, height, x, y }) {
+  const fill = (axis, most) => ({ ...axis, ticks: axis.ticks || ticks(axis.min, axis.max, most) });
   const vertical = fill(y, Math.max(3, Math.floor(height / 55)));
-  const name = (axis, list) => axis.name || (axis.log ? powerName : tickName(list));
+  const name = (axis, list) => axis.name || tickName(list);
   const names = vertical.ticks.map(name(y, vertical.ticks));
-  const left = Math.max(...names.map((n) => n.length), 2) * LETTER + (y.label ? 28 : 10);
-  const box = { left, right: width - 14, top: title ? 26 : 10, bottom: height - (x.label ? 42 : 24) };
+  const left = Math.max(...names.map((n) => n.length), 2) * LETTER + 28;
+  const box = { left, right: width - 14, top: 10, bottom: height - 42 };
   const horizontal = fill(x, Math.max(3, Math.floor((box.right - box.left) / 70)));
-  const scale = (axis, low, high) => {
-    const f = axis.log ? Math.log10 : (v) => v;
-    const [a, b] = [f(axis.min), f(axis.max)];
-    return (v) => low + ((f(axis.log ? Math.max(v, axis.min * 1e-3) : v) - a) / (b - a)) * (high - low);
-  };
+  const scale = ({ min, max }, low, high) => (v) => low + ((v - min) / (max - min)) * (high - low);
   const px = scale(horizontal, box.left, box.right);
   const py = scale(vertical, box.bottom, box.top);
   const image = svg("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", width, height });
   const middle = (box.top + box.bottom) / 2;
-  if (title) image.append(svg("text", { x: box.left, y: 15, "font-weight": 600 }, title));
   let taken = -Infinity; // right end of the last name written
   for (const t of horizontal.ticks) {
     image.append(svg("line", { class: "grid", x1: px(t), x2: px(t), y1: box.top, y2: box.bottom }));
@@ -36,33 +31,25 @@ function frame({ width, height, x, y, title }) {
       svg("line", { class: "grid", x1: box.left, x2: box.right, y1: py(t), y2: py(t) }),
       svg("text", { class: "soft", x: box.left - 6, y: py(t) + 4, "text-anchor": "end" }, names[i]));
   });
-  if (x.label) image.append(svg("text", { x: (box.left + box.right) / 2, y: height - 6, "text-anchor": "middle" }, x.label));
-  if (y.label) image.append(svg("text", { x: 0, y: 0, "text-anchor": "middle", transform: `translate(12 ${middle}) rotate(-90)` }, y.label));
+  image.append(svg("text", { x: (box.left + box.right) / 2, y: height - 6, "text-anchor": "middle" }, x.label));
+  image.append(svg("text", { x: 0, y: 0, "text-anchor": "middle", transform: `translate(12 ${middle}) rotate(-90)` }, y.label));
   image.append(svg("rect", { class: "frame", x: box.left, y: box.top, width: box.right - box.left, height: box.bottom - box.top }));
   const clipId = newId();
   const inside = svg("g", { "clip-path": `url(#${clipId})` });
   image.append(
     svg("clipPath", { id: clipId }, svg("rect", { x: box.left, y: box.top, width: box.right - box.left, height: box.bottom - box.top })),
     inside);
-  const back = (axis, low, high) => (p) => {
-    const f = axis.log ? Math.log10 : (v) => v;
-    const v = f(axis.min) + ((p - low) / (high - low)) * (f(axis.max) - f(axis.min));
-    return axis.log ? 10 ** v : v;
-  };
-  return { image, inside, box, px, py, toX: back(horizontal, box.left, box.right), toY: back(vertical, box.bottom, box.top) };
+  return { image, inside, box, px, py };
 }
 
-// Rings and rays of a polar plot with the centre at (cx, cy). `whole` draws the lower half as well; `name` turns a radius share into text.
-function polarGrid(image, { cx, cy, radius, whole, rings, name }) {
-  const arc = (r) => (whole
-    ? `M${cx - r},${cy} a${r},${r} 0 1 1 ${2 * r},0 a${r},${r} 0 1 1 ${-2 * r},0`
-    : `M${cx - r},${cy} a${r},${r} 0 0 1 ${2 * r},0`);
+// Rings and rays of a polar plot with the centre at (cx, cy); `name` turns a radius share into text.
+function polarGrid(image, { cx, cy, radius, rings, name }) {
+  const arc = (r) => `M${cx - r},${cy} a${r},${r} 0 1 1 ${2 * r},0 a${r},${r} 0 1 1 ${-2 * r},0`;
   for (const ring of rings) image.append(svg("path", { class: "grid", fill: "none", d: arc(radius * ring) }));
-  const last = whole ? 180 : 90;
-  for (let angle = -last + (whole ? 30 : 0); angle <= last; angle += 30) {
+  for (let angle = -150; angle <= 180; angle += 30) {
     const [s, c] = [Math.sin(radians(angle)), Math.cos(radians(angle))];
     image.append(svg("line", { class: "grid", x1: cx, y1: cy, x2: cx + radius * s, y2: cy - radius * c }));
-    const shown = whole && Math.abs(angle) > 90 ? Math.sign(angle) * (180 - Math.abs(angle)) : angle;
+    const shown = Math.abs(angle) > 90 ? Math.sign(angle) * (180 - Math.abs(angle)) : angle;
     image.append(svg("text", {
       class: "soft", "text-anchor": "middle", x: cx + (radius + 15) * s, y: cy - (radius + 13) * c + 4,
     }, `${minus(String(shown === -0 ? 0 : shown))}°`));

@@ -42,13 +42,13 @@ part("bsdf", () => {
     reset();
   };
   choice.follow(follow);
-  const band = choose("Band", [], () => reset());
+  const band = choose("Band", () => reset());
   const side = oneOf("Light from", [["0", "silicone"], ["1", "outside"]], "0", () => reset());
   const polarisation = oneOf("Polarisation", [["u", "unpolarised"], ["s", "s"], ["p", "p"]], "u", () => {
     cache.clear();
     changed();
   });
-  const ky = choose("ky", [], () => reset());
+  const ky = choose("ky", () => reset());
   const scale = oneOf("Shares", [["root", "root"], ["linear", "linear"], ["log", "logarithmic"]], "root", changed);
 
   const bands = () => list.filter((e) => e.design === (none() ? list[0].design : design()));
@@ -163,7 +163,7 @@ part("bsdf", () => {
     const image = svg("svg", { viewBox: `0 0 ${width} ${2 * cy}`, role: "img", "aria-label": `Scattering lobes of ${described()}`, width, height: 2 * cy });
     const most = scale.value() === "log" ? 1 : Math.max(...all.map((o) => o.share));
     const rings = [0.25, 0.5, 0.75, 1];
-    polarGrid(image, { cx, cy, radius, whole: true, rings, name: (ring) => (ring < 0.5 && radius < 150 ? "" : digits(back(ring * height(most)), 2)) });
+    polarGrid(image, { cx, cy, radius, rings, name: (ring) => (ring < 0.5 && radius < 150 ? "" : digits(back(ring * height(most)), 2)) });
     image.append(
       svg("line", { class: "frame", x1: cx - radius, x2: cx + radius, y1: cy, y2: cy }),
       svg("text", { class: "soft", x: 0, y: cy - 24 }, sideOf(1)),

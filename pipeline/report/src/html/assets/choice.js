@@ -34,19 +34,14 @@ part("simulated", () => {
 
 // A link to a folded part opens it; on paper all parts are open.
 const folded = () => [...document.querySelectorAll("details.part:not([open])")];
-function unfoldTarget() {
-  const target = location.hash.length > 1 && byId(decodeURIComponent(location.hash.slice(1)));
+function unfoldTarget({ hash }) {
+  const target = hash.length > 1 && byId(decodeURIComponent(hash.slice(1)));
   const inner = target && target.querySelector("details.part");
   if (inner) inner.open = true;
 }
-window.addEventListener("hashchange", unfoldTarget);
-for (const link of document.querySelectorAll('a[href^="#"]')) {
-  link.addEventListener("click", () => {
-    const inner = byId(link.hash.slice(1)).querySelector("details.part");
-    if (inner) inner.open = true;
-  });
-}
-unfoldTarget();
+window.addEventListener("hashchange", () => unfoldTarget(location));
+for (const link of document.querySelectorAll('a[href^="#"]')) link.addEventListener("click", () => unfoldTarget(link));
+unfoldTarget(location);
 let unfolded = [];
 window.addEventListener("beforeprint", () => {
   unfolded = folded();

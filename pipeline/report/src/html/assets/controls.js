@@ -4,7 +4,7 @@
 let numbered = 0;
 const newId = () => `control-${(numbered += 1)}`;
 
-function choose(label, options, changed) {
+function choose(label, changed) {
   const id = newId();
   const select = el("select", { id });
   const setOptions = (list) => {
@@ -12,12 +12,10 @@ function choose(label, options, changed) {
     select.replaceChildren(...list.map(([value, text]) => el("option", { value }, text)));
     if (list.some(([value]) => String(value) === before)) select.value = before;
   };
-  setOptions(options);
   select.addEventListener("change", () => changed(select.value));
   return {
     node: el("div", { class: "field" }, el("label", { for: id }, label), select),
     value: () => select.value,
-    text: () => select.selectedOptions[0].textContent,
     set: (value) => { select.value = value; },
     setOptions,
   };
@@ -59,11 +57,7 @@ function oneOf(label, options, chosen, changed) {
     return el("label", {}, input, text);
   });
   const node = el("fieldset", {}, el("legend", {}, label), el("div", { class: "choices" }, inputs));
-  return {
-    node,
-    value: () => node.querySelector("input:checked").value,
-    text: () => node.querySelector("input:checked").parentElement.textContent,
-  };
+  return { node, value: () => node.querySelector("input:checked").value };
 }
 
 // A caption that says what is shown, on the screen and on paper where the controls are not.

@@ -38,7 +38,7 @@ const SIDES: [Tone; 2] = [
     tone("transmitted", [204, 121, 167], [231, 163, 199]),
     tone("reflected", [60, 60, 60], [180, 180, 186]),
 ];
-/// Fates of light, in the order of [`PathEnd::ALL`].
+/// Fates of light, in the order of [`PathEnd`].
 const FATES: [Tone; PathEnd::ALL.len()] = [
     tone("escaped-up", [230, 159, 0], [245, 192, 74]),
     tone("escaped-down", [122, 73, 20], [196, 140, 80]),
@@ -89,8 +89,6 @@ pub const BODY: [Colour; 2] = [object(7), object(8)];
 pub const MIRROR: Colour = object(9);
 /// The receiver plane.
 pub const RECEIVER: Colour = object(10);
-/// Light that a surface lets through, and light that it sends back.
-pub const TRANSMITTED_REFLECTED: [Colour; 2] = [SIDES[0].light, SIDES[1].light];
 
 /// Steps of the relief, µm, below which rays count as those on finer rings.
 const FINE_UM: f64 = 50.0;
@@ -124,17 +122,12 @@ pub fn neutral(number: usize) -> Colour {
 
 /// The colour of a fate.
 pub fn fate(end: PathEnd) -> Colour {
-    fate_tone(end).light
+    FATES[end as usize].light
 }
 
 /// The variable of the page that holds the colour of a fate.
 pub fn fate_variable(end: PathEnd) -> String {
-    format!("--{}", fate_tone(end).name)
-}
-
-fn fate_tone(end: PathEnd) -> &'static Tone {
-    let place = PathEnd::ALL.iter().position(|other| *other == end);
-    &FATES[place.unwrap_or(0)]
+    format!("--{}", FATES[end as usize].name)
 }
 
 /// The fate that an account of the power ledger counts, by its key.

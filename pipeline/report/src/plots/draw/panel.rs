@@ -36,13 +36,13 @@ pub struct PanelAxis {
 impl PanelAxis {
     /// A linear axis with about `count` ticks. Fractions are numbered in per cent; a common power
     /// of ten moves into the label.
-    pub fn linear(quantity: &Quantity, scale: AxisScale, count: usize) -> Self {
+    pub fn linear(quantity: &Quantity, ends: [f64; 2], count: usize) -> Self {
+        let scale = AxisScale::linear(ends);
         if quantity.unit().is_percentage() {
             let name = Quantity::new(quantity.name(), Unit::Relative).label();
             return Self::scaled(format!("{name} (%)"), scale, 0.01, count);
         }
-        let [low, high] = scale.ends();
-        let power = common_power(low.abs().max(high.abs()));
+        let power = common_power(ends[0].abs().max(ends[1].abs()));
         let label = with_power(quantity, power);
         Self::scaled(label, scale, 10f64.powi(power), count)
     }
@@ -52,7 +52,7 @@ impl PanelAxis {
         let power =
             if (high / low).log10() < DECADES_WITH_FACTORS { common_power(high) } else { 0 };
         let label = with_power(quantity, power);
-        Self::scaled(label, AxisScale::Log { low, high }, 10f64.powi(power), count)
+        Self::scaled(label, AxisScale::log([low, high]), 10f64.powi(power), count)
     }
 
     /// An axis numbered in multiples of `unit`.
@@ -64,16 +64,6 @@ impl PanelAxis {
         Self { scale, ticks, label, numbered: true }
     }
 
-    /// An axis of angles in degrees with a tick every `step`.
-    pub fn angle(quantity: &Quantity, low: f64, high: f64, step: f64) -> Self {
-        Self {
-            scale: AxisScale::Linear { low, high },
-            ticks: every(low, high, step),
-            label: quantity.label(),
-            numbered: true,
-        }
-    }
-
     /// The axis for a position: angles over at least half a right angle get ticks at multiples of
     /// 5°, 10°, 15° or 30°.
     pub fn position(quantity: &Quantity, low: f64, high: f64, count: usize) -> Self {
@@ -83,16 +73,21 @@ impl PanelAxis {
                 .into_iter()
                 .find(|&step| step >= wanted)
                 .unwrap_or(90.0);
-            Self::angle(quantity, low, high, step)
+            Self {
+                scale: AxisScale::linear([low, high]),
+                ticks: every(low, high, step),
+                label: quantity.label(),
+                numbered: true,
+            }
         } else {
-            Self::linear(quantity, AxisScale::Linear { low, high }, count)
+            Self::linear(quantity, [low, high], count)
         }
     }
 
     /// A linear axis without ticks and name.
     pub fn blank(low: f64, high: f64) -> Self {
         Self {
-            scale: AxisScale::Linear { low, high },
+            scale: AxisScale::linear([low, high]),
             ticks: Vec::new(),
             label: String::new(),
             numbered: false,
@@ -151,9 +146,8 @@ impl Panel {
     pub fn grid(&self, canvas: &mut Canvas) {
         let Rect { left, top, right, bottom } = self.area;
         let ends = |axis: &PanelAxis| {
-            let log = matches!(axis.scale, AxisScale::Log { .. });
-            let ends = axis.scale.ends().map(|end| end.to_string()).join(" ");
-            ends + if log { " log" } else { "" }
+            let ends = axis.scale.ends.map(|end| end.to_string()).join(" ");
+            ends + if axis.scale.is_log { " log" } else { "" }
         };
         let area = format!("{left:.2} {top:.2} {right:.2} {bottom:.2}");
         let attributes =
@@ -412,7 +406,7 @@ mod tests {
         let y = Quantity::new("illuminance", Unit::WattPerSquareMillimetre);
         Panel {
             area: Rect::new(100.0, 50.0, 300.0, 250.0),
-            x: PanelAxis::linear(&x, AxisScale::Linear { low: -1.0, high: 1.0 }, 4),
+            x: PanelAxis::linear(&x, [-1.0, 1.0], 4),
             y: PanelAxis::log(&y, 0.01, 1.0, 4),
         }
     }
@@ -429,8 +423,7 @@ mod tests {
     #[test]
     fn small_numbers_move_their_power_into_the_label() {
         let quantity = Quantity::new("illuminance", Unit::WattPerSquareMillimetre);
-        let scale = AxisScale::Linear { low: 0.0, high: 4.1e-3 };
-        let axis = PanelAxis::linear(&quantity, scale, 5);
+        let axis = PanelAxis::linear(&quantity, [0.0, 4.1e-3], 5);
         assert_eq!(axis.label, "Illuminance (10⁻³ W/mm²)");
         assert_eq!(axis.ticks[1].label.as_deref(), Some("1"));
         assert!((axis.ticks[1].at - 1e-3).abs() < 1e-15);
@@ -439,8 +432,7 @@ mod tests {
     #[test]
     fn fractions_are_numbered_in_per_cent() {
         let share = Quantity::new("share of power", Unit::Fraction);
-        let scale = AxisScale::Linear { low: 0.0, high: 0.05 };
-        let axis = PanelAxis::linear(&share, scale, 5);
+        let axis = PanelAxis::linear(&share, [0.0, 0.05], 5);
         assert_eq!(axis.label, "Share of power (%)");
         assert_eq!(axis.ticks[2].label.as_deref(), Some("2"));
         assert!((axis.ticks[2].at - 0.02).abs() < 1e-15);

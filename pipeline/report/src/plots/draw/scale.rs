@@ -8,21 +8,11 @@ const MIN_LABELS: usize = 3;
 
 /// Map from numbers to places along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum AxisScale {
-    /// Equal distances for equal differences.
-    Linear {
-        /// Number at the start of the axis.
-        low: f64,
-        /// Number at its end.
-        high: f64,
-    },
-    /// Equal distances for equal ratios; both ends positive.
-    Log {
-        /// Number at the start of the axis.
-        low: f64,
-        /// Number at its end.
-        high: f64,
-    },
+pub struct AxisScale {
+    /// Numbers at the start of the axis and at its end.
+    pub ends: [f64; 2],
+    /// True for equal distances of equal ratios, between positive ends; else of equal differences.
+    pub is_log: bool,
 }
 
 /// A number on an axis, with its label where it has one.
@@ -42,47 +32,47 @@ impl Tick {
 }
 
 impl AxisScale {
-    /// Numbers at both ends.
-    pub fn ends(self) -> [f64; 2] {
-        match self {
-            Self::Linear { low, high } | Self::Log { low, high } => [low, high],
-        }
+    /// Equal distances for equal differences.
+    pub const fn linear(ends: [f64; 2]) -> Self {
+        Self { ends, is_log: false }
+    }
+
+    /// Equal distances for equal ratios.
+    pub const fn log(ends: [f64; 2]) -> Self {
+        Self { ends, is_log: true }
     }
 
     /// The scale of the same numbers in another unit.
     #[must_use]
     pub fn divided(self, unit: f64) -> Self {
-        match self {
-            Self::Linear { low, high } => Self::Linear { low: low / unit, high: high / unit },
-            Self::Log { low, high } => Self::Log { low: low / unit, high: high / unit },
-        }
+        Self { ends: self.ends.map(|end| end / unit), ..self }
     }
 
     /// Place of `number`: 0 at the start, 1 at the end. Numbers at or below zero lie far before a
     /// logarithmic axis.
     pub fn share(self, number: f64) -> f64 {
-        match self {
-            Self::Linear { low, high } => (number - low) / (high - low),
-            Self::Log { low, high } if number > 0.0 => (number / low).ln() / (high / low).ln(),
-            Self::Log { .. } => -10.0,
+        let [low, high] = self.ends;
+        if self.is_log && number > 0.0 {
+            (number / low).ln() / (high / low).ln()
+        } else if self.is_log {
+            -10.0
+        } else {
+            (number - low) / (high - low)
         }
     }
 
     /// Ticks within the scale, about `count` of them labelled.
     pub fn ticks(self, count: usize) -> Vec<Tick> {
-        match self {
-            Self::Linear { low, high } => {
-                let step = round_step((high - low) / count.max(1) as f64);
-                every(low, high, step)
-            }
-            Self::Log { low, high } => {
-                let ticks = log_ticks(low, high, count);
-                let labelled = ticks.iter().filter(|tick| tick.label.is_some()).count();
-                // A short range may hold no round factor of a power of ten.
-                let short = labelled < MIN_LABELS && high < 10.0 * low;
-                if short { Self::Linear { low, high }.ticks(count) } else { ticks }
+        let [low, high] = self.ends;
+        if self.is_log {
+            let ticks = log_ticks(low, high, count);
+            let labelled = ticks.iter().filter(|tick| tick.label.is_some()).count();
+            // A short range may hold no round factor of a power of ten.
+            if labelled >= MIN_LABELS || high >= 10.0 * low {
+                return ticks;
             }
         }
+        every(low, high, round_step((high - low) / count.max(1) as f64))
     }
 }
 
@@ -152,6 +142,19 @@ pub fn common_power(size: f64) -> i32 {
     }
 }
 
+/// The smallest and the largest of `values`.
+pub fn ends(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    let start = [f64::INFINITY, f64::NEG_INFINITY];
+    values.into_iter().fold(start, |[low, high], v| [low.min(v), high.max(v)])
+}
+
+/// The range of `values` with so much room at both ends, as a share of what they span.
+pub fn ends_with_room(values: impl IntoIterator<Item = f64>, share: f64) -> [f64; 2] {
+    let [low, high] = ends(values);
+    let room = share * (high - low).max(1e-9);
+    [low - room, high + room]
+}
+
 /// The next of 1, 2, 2.5 and 5 times a power of ten at or above `step`.
 pub fn round_step(step: f64) -> f64 {
     if !(step.is_finite() && step > 0.0) {
@@ -217,17 +220,17 @@ mod tests {
 
     #[test]
     fn linear_ticks_are_round() {
-        let scale = AxisScale::Linear { low: -0.03, high: 1.07 };
+        let scale = AxisScale::linear([-0.03, 1.07]);
         assert_eq!(labels(&scale.ticks(5)), ["0.00", "0.25", "0.50", "0.75", "1.00"]);
-        let scale = AxisScale::Linear { low: 0.0, high: 1.0 };
+        let scale = AxisScale::linear([0.0, 1.0]);
         assert_eq!(labels(&scale.ticks(5)), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(labels(&every(-90.0, 90.0, 45.0)), ["−90", "−45", "0", "45", "90"]);
     }
 
     #[test]
     fn shares_go_from_end_to_end() {
-        let linear = AxisScale::Linear { low: -1.0, high: 4.0 };
-        let log = AxisScale::Log { low: 1e-3, high: 10.0 };
+        let linear = AxisScale::linear([-1.0, 4.0]);
+        let log = AxisScale::log([1e-3, 10.0]);
         for (scale, numbers) in [(linear, [-1.0, 0.5, 4.0]), (log, [1e-3, 1.584_893_192e-2, 10.0])]
         {
             for (number, share) in numbers.into_iter().zip([0.0, 0.3, 1.0]) {
@@ -239,15 +242,15 @@ mod tests {
 
     #[test]
     fn log_ticks_label_decades_and_mark_between() {
-        let ticks = AxisScale::Log { low: 1e-5, high: 1.0 }.ticks(6);
+        let ticks = AxisScale::log([1e-5, 1.0]).ticks(6);
         assert_eq!(labels(&ticks), ["10⁻⁵", "10⁻⁴", "10⁻³", "10⁻²", "10⁻¹", "10⁰"]);
         assert_eq!(ticks.len(), 46);
-        let short = AxisScale::Log { low: 0.04, high: 0.9 }.ticks(6);
+        let short = AxisScale::log([0.04, 0.9]).ticks(6);
         assert_eq!(labels(&short), ["0.05", "0.1", "0.2", "0.5"]);
         // A range without any of the usual factors.
-        let narrow = AxisScale::Log { low: 11.5, high: 15.9 }.ticks(6);
+        let narrow = AxisScale::log([11.5, 15.9]).ticks(6);
         assert_eq!(labels(&narrow), ["12", "13", "14", "15"]);
-        let plain = AxisScale::Log { low: 1e-3, high: 1.0 }.ticks(6);
+        let plain = AxisScale::log([1e-3, 1.0]).ticks(6);
         assert_eq!(labels(&plain), ["0.001", "0.01", "0.1", "1"]);
     }
 

@@ -7,7 +7,7 @@
 use metrics::quantity::Curve;
 
 use super::super::Heading;
-use super::canvas::{Align, Canvas, Letters, Pen, Picture, Point, Rect};
+use super::canvas::{Align, Canvas, Letters, Pen, Point, Rect};
 use super::colour::Colour;
 use super::line_colours::LineColours;
 
@@ -90,11 +90,6 @@ impl Sheet {
         }
         let top = if legend.is_empty() { 95.0 } else { pen[1] + 24.0 };
         Self { canvas, body: area.inset(MARGIN, top, MARGIN, 20.0) }
-    }
-
-    /// The picture.
-    pub fn finish(self) -> Picture {
-        self.canvas.finish()
     }
 }
 
@@ -194,7 +189,7 @@ mod tests {
     fn a_long_title_stays_on_the_sheet() {
         let heading = Heading::new("Very long title ".repeat(12), "sub");
         let sheet = Sheet::new(600, 200, &heading, &[]);
-        let picture = decode(&sheet.finish());
+        let picture = decode(&sheet.canvas.finish());
         let dark = |x: u32| (0..200).any(|y| picture.pixel(x, y).unwrap().red() < 200);
         assert!((580..600).all(|x| !dark(x)));
         assert!((40..400).any(dark));
