@@ -40,6 +40,23 @@ use metrics::digits::shortest;
 /// for every solid that it lies in: a thousand times the offset of a ray's start from a surface.
 const INSET: f64 = 1e-9;
 
+/// The error of a value that does not fit the scene of `design`.
+pub(super) fn refused(
+    design: &Design,
+    key: impl Into<String>,
+    got: impl Into<String>,
+    expected: impl Into<String>,
+) -> ConfigError {
+    let file = design.provenance.file.clone();
+    ConfigError::Value { file, key: key.into(), got: got.into(), expected: expected.into() }
+}
+
+/// That of an optical contact.
+fn contact_refused(placing: &Placing, solid: &CheckedSolid, expected: String) -> ConfigError {
+    let key = format!("{}.optical_contact", solid.table);
+    refused(placing.design, key, solid.stated.shared.optical_contact.shown(), expected)
+}
+
 /// Placement of all solids of a design.
 struct Placing<'a> {
     design: &'a Design,
@@ -192,14 +209,9 @@ pub fn index_about_domes(design: &Design, package: Prototype, bottom: &Bottom) -
     };
     let name = |holder: Option<&CheckedSolid>| holder.map_or("air", CheckedSolid::name).to_owned();
     let [a, b] = [name(holders[0]), name(*other)];
-    Err(ConfigError::Value {
-        file: design.provenance.file.clone(),
-        key: "solids".to_owned(),
-        got: format!("some packages in {a:?} and some in {b:?}"),
-        expected: "one index around all domes with [elements], whose tables are those of silicone in one medium"
-            .to_owned(),
-    }
-    .into())
+    let got = format!("some packages in {a:?} and some in {b:?}");
+    let expected = "one index around all domes with [elements], whose tables are those of silicone in one medium";
+    Err(refused(design, "solids", got, expected).into())
 }
 
 /// The solids that light enters and that stand on the bottom, in the order of the design; `package`
@@ -316,13 +328,8 @@ fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Err
     let solid = design.solids.iter().filter(opaque).find(holds);
     let stated = solid.map(CheckedSolid::place);
     let (key, got) = stated.unwrap_or_else(|| ("solids".to_owned(), "a package".to_owned()));
-    ConfigError::Value {
-        file: design.provenance.file.clone(),
-        key,
-        got,
-        expected: "a solid that holds no package, as light does not enter it".to_owned(),
-    }
-    .into()
+    let expected = "a solid that holds no package, as light does not enter it";
+    refused(design, key, got, expected).into()
 }
 
 /// Checks that sources outside a package name the medium that the package stands in.
@@ -337,13 +344,9 @@ fn sources_fit(design: &Design, holder: Option<&CheckedSolid>) -> Result<()> {
             continue;
         };
         if of_array(inside) && inside != around {
-            return Err(ConfigError::Value {
-                file: design.provenance.file.clone(),
-                key: format!("sources[{}].inside", at + 1),
-                got: format!("{inside:?}"),
-                expected: format!("{around:?}, in which packages stand"),
-            }
-            .into());
+            let (key, got) = (format!("sources[{}].inside", at + 1), format!("{inside:?}"));
+            let expected = format!("{around:?}, in which packages stand");
+            return Err(refused(design, key, got, expected).into());
         }
     }
     Ok(())
@@ -506,7 +509,7 @@ fn nested(
             || wrong.expected.to_owned(),
             |other| format!("{} {:?}", wrong.expected, own[other].name()),
         );
-        ConfigError::Value { file: design.provenance.file.clone(), key, got, expected }
+        refused(design, key, got, expected)
     })?;
     Ok((objects, nest))
 }
@@ -537,15 +540,10 @@ fn drawn_in(design: &Design, solid: &CheckedSolid, inset_mm: f64) -> Result<Shap
     };
     shape.map_err(|error| {
         let (key, got) = solid.size();
-        ConfigError::Value {
-            file: design.provenance.file.clone(),
-            key,
-            got,
-            expected: format!(
-                "a solid thicker than twice {inset_mm:.1e} mm, by which its faces are drawn in: {error}"
-            ),
-        }
-        .into()
+        let expected = format!(
+            "a solid thicker than twice {inset_mm:.1e} mm, by which its faces are drawn in: {error}"
+        );
+        refused(design, key, got, expected).into()
     })
 }
 
@@ -590,16 +588,11 @@ fn touched<'a>(
     });
     let Some(first) = first else {
         let names: Vec<&str> = bottom.outside.iter().map(|part| part.name).collect();
-        return Err(ConfigError::Value {
-            file: placing.design.provenance.file.clone(),
-            key: format!("{}.optical_contact", solid.table),
-            got: solid.stated.shared.optical_contact.shown(),
-            expected: format!(
-                "a solid that stands on one part of the bottom ({}), the same in every package, or with per = \"array\" a box along x and y",
-                names.join(", ")
-            ),
-        }
-        .into());
+        let expected = format!(
+            "a solid that stands on one part of the bottom ({}), the same in every package, or with per = \"array\" a box along x and y",
+            names.join(", ")
+        );
+        return Err(contact_refused(placing, solid, expected).into());
     };
     let part = |(number, stretch)| (&bottom.outside[number], stretch);
     Ok(first.into_iter().map(part).collect())
