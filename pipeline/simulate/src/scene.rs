@@ -24,7 +24,7 @@ use design::resolved::reflector::Reflector;
 use design::schema::{self, Carrying, Extent};
 use geometry::{Meridian, Piece, Role, shapes};
 
-use super::solids::{self, Bottom, BottomPart, Gap, Packages, SolidOnBottom};
+use super::solids::{self, Bottom, BottomPart, Packages, Standing};
 
 /// Ledger name of the dome's surface.
 pub const DOME: &str = "dome";
@@ -141,23 +141,6 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     built(&scene, design)
 }
 
-/// Contacts and narrow gaps of the solids of a design.
-#[derive(Debug, Clone, Default)]
-pub struct Standing {
-    /// Solids that light enters and that stand on the bottom.
-    pub on_bottom: Vec<SolidOnBottom>,
-    /// Gaps narrower than [`solids::NARROW_MM`].
-    pub gaps: Vec<Gap>,
-}
-
-impl Standing {
-    /// Names and words, a line each.
-    pub fn describe(&self) -> Vec<(&'static str, String)> {
-        let on_bottom = self.on_bottom.iter().map(|solid| ("bottom", solid.describe()));
-        on_bottom.chain(self.gaps.iter().map(|gap| ("gap", gap.describe()))).collect()
-    }
-}
-
 /// What the solids of `design` stand on, and the narrow gaps between them, with `surface` on its
 /// domes.
 ///
@@ -170,11 +153,7 @@ pub fn standing(design: &Design, surface: &DomeSurface) -> Result<Standing> {
     let mirror = mirror(design)?;
     let package =
         with_led_at(design, &without_led(design, surface, &mirror)?, design.led.place(0))?;
-    let bottom = bottom(design, &mirror);
-    Ok(Standing {
-        on_bottom: solids::on_bottom(design, package.clone(), &bottom)?,
-        gaps: solids::gaps(design, package, &bottom)?,
-    })
+    solids::standing(design, package, &bottom(design, &mirror))
 }
 
 /// A package of `design` with its own source alone, and `surface` on its dome.

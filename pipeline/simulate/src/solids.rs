@@ -127,6 +127,23 @@ impl Gap {
     }
 }
 
+/// Contacts and narrow gaps of the solids of a design.
+#[derive(Debug, Clone, Default)]
+pub struct Standing {
+    /// Solids that light enters and that stand on the bottom, in the order of the design.
+    pub on_bottom: Vec<SolidOnBottom>,
+    /// Gaps narrower than [`NARROW_MM`].
+    pub gaps: Vec<Gap>,
+}
+
+impl Standing {
+    /// Names and words, a line each.
+    pub fn describe(&self) -> Vec<(&'static str, String)> {
+        let on_bottom = self.on_bottom.iter().map(|solid| ("bottom", solid.describe()));
+        on_bottom.chain(self.gaps.iter().map(|gap| ("gap", gap.describe()))).collect()
+    }
+}
+
 /// Packages without the solids of the design.
 pub struct Packages {
     /// Solids that differ.
@@ -214,64 +231,36 @@ pub fn index_about_domes(design: &Design, package: Prototype, bottom: &Bottom) -
     Err(refused(design, "solids", got, expected).into())
 }
 
-/// The solids that light enters and that stand on the bottom, in the order of the design; `package`
-/// has no solids yet.
+/// What the solids of `design` stand on, and the narrow gaps between bodies of a package and between
+/// solids of the array; `package` has no solids yet.
 ///
 /// # Errors
 /// Solids that [`add`] refuses.
-pub fn on_bottom(
-    design: &Design,
-    package: Prototype,
-    bottom: &Bottom,
-) -> Result<Vec<SolidOnBottom>> {
+pub fn standing(design: &Design, package: Prototype, bottom: &Bottom) -> Result<Standing> {
     let placing = Placing::new(design, bottom);
-    let mut outline = package;
-    let own = place_solids(&placing, Per::Package, &mut outline, None)?.on_bottom;
-    let mut array = Prototype::default();
-    let once = place_solids(&placing, Per::Array, &mut array, None)?.on_bottom;
+    let (mut outline, mut array) = (package, Prototype::default());
+    let own = place_solids(&placing, Per::Package, &mut outline, None)?;
+    let once = place_solids(&placing, Per::Array, &mut array, None)?;
     let holders = enclosing_solids(design, |_| &outline, &array)?;
-    let holder = holders.first().copied().flatten();
-    let name = |region: Region, body: &Prototype, world: &str| match region {
-        Region::Body(number) => body.media[usize::from(number)].name.clone(),
-        Region::World | Region::Opaque => world.to_owned(),
-    };
-    let about_packages = holder.map_or("air", CheckedSolid::name);
-    let described =
-        |all: Vec<BottomContact<'_>>, body: &Prototype, world: &str| -> Vec<SolidOnBottom> {
-            let one = |contact: BottomContact<'_>| SolidOnBottom {
-                name: contact.solid.name().to_owned(),
-                touches: contact.parts.iter().map(|part| part.name).collect(),
-                around: name(contact.outer, body, world),
-            };
-            all.into_iter().map(one).collect()
-        };
-    let mut all = described(own, &outline, about_packages);
-    all.extend(described(once, &array, "air"));
-    all.sort_by_key(|one| design.solids.iter().position(|s| s.name() == one.name));
-    Ok(all)
-}
-
-/// Gaps between bodies of a package, and between solids of the array, that are narrower than
-/// [`NARROW_MM`]; `package` has no solids yet.
-///
-/// # Errors
-/// Solids that [`add`] refuses.
-pub fn gaps(design: &Design, package: Prototype, bottom: &Bottom) -> Result<Vec<Gap>> {
-    let placing = Placing::new(design, bottom);
-    let mut all = Vec::new();
-    let mut bodies = [(Per::Package, package), (Per::Array, Prototype::default())];
-    for (per, body) in &mut bodies {
-        let found = place_solids(&placing, *per, body, None)?.gaps;
-        let medium = |region: Region| match region {
+    let about_packages = holders.first().copied().flatten().map_or("air", CheckedSolid::name);
+    let mut all = Standing::default();
+    for (placed, body, world) in [(own, &outline, about_packages), (once, &array, "air")] {
+        let medium = |region: Region, world: &str| match region {
             Region::Body(number) => body.media[usize::from(number)].name.clone(),
-            Region::World | Region::Opaque => "air".to_owned(),
+            Region::World | Region::Opaque => world.to_owned(),
         };
-        all.extend(found.into_iter().map(|gap| Gap {
+        all.on_bottom.extend(placed.on_bottom.into_iter().map(|contact| SolidOnBottom {
+            name: contact.solid.name().to_owned(),
+            touches: contact.parts.iter().map(|part| part.name).collect(),
+            around: medium(contact.outer, world),
+        }));
+        all.gaps.extend(placed.gaps.into_iter().map(|gap| Gap {
             between: gap.names,
             width_mm: gap.width_mm,
-            of: medium(gap.outer),
+            of: medium(gap.outer, "air"),
         }));
     }
+    all.on_bottom.sort_by_key(|one| design.solids.iter().position(|s| s.name() == one.name));
     Ok(all)
 }
 
@@ -390,7 +379,7 @@ struct BottomContact<'a> {
     parts: Vec<&'a BottomPart>,
 }
 
-/// The result of [`into`].
+/// The result of [`place_solids`].
 struct PlacedSolids<'a> {
     /// Solids of the body, each with the number of others that hold it.
     depths: Vec<(&'a CheckedSolid, usize)>,
