@@ -66,7 +66,7 @@ impl<'a> SpectralJob<'a> {
     ///
     /// # Errors
     /// Lights whose wavelengths follow from what has been traced at others; too many wavelengths.
-    pub fn plans(self) -> Result<Vec<TracePlan<'static>>> {
+    pub fn plans(self) -> Result<Vec<TracePlan>> {
         self.check()?;
         let sweep = Sweep::new(self);
         if !sweep.disperses()? {
@@ -87,7 +87,7 @@ impl<'a> SpectralJob<'a> {
     ///
     /// # Errors
     /// Too many wavelengths.
-    pub fn shares(self) -> Result<Vec<(TracePlan<'static>, f64)>> {
+    pub fn shares(self) -> Result<Vec<(TracePlan, f64)>> {
         let sweep = Sweep::new(self);
         let rule = rule::rule(self.lights, COUNTS[COUNTS.len() - 1], false);
         sweep.fits(&rule, false)?;

@@ -183,7 +183,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// The traces of `rules`, each node once.
-    pub(super) fn plans(&self, rules: &[Rule]) -> Result<Vec<TracePlan<'static>>> {
+    pub(super) fn plans(&self, rules: &[Rule]) -> Result<Vec<TracePlan>> {
         let mut nodes: BTreeMap<NodeKey, (&Rule, &Node)> = BTreeMap::new();
         for (rule, node) in rules.iter().flat_map(|rule| rule.iter().map(move |n| (rule, n))) {
             nodes.entry(self.key(node)).or_insert((rule, node));
@@ -207,12 +207,12 @@ impl<'a> Sweep<'a> {
     }
 
     /// The trace of a node that is missing.
-    pub(super) fn plan(&self, rule: &Rule, node: &Node) -> Result<TracePlan<'static>> {
+    pub(super) fn plan(&self, rule: &Rule, node: &Node) -> Result<TracePlan> {
         let (design, paths) = self.at_wavelength(rule, node)?;
         let plan = TracePlan {
             what: self.what(&design, node),
             dome: DomeChoice::Model(self.job.model),
-            design: Cow::Owned(design),
+            design,
             paths,
             seed: self.seed(node, rule.len() == 1, self.job.context.seed),
         };
