@@ -21,7 +21,7 @@ use metrics::digits::shortest;
 use super::cells::band_cells;
 use super::dome_surface::dome_surface;
 use super::model::Model;
-use super::observation::{plane_grid, sphere};
+use super::observation::bins;
 use super::scene::{self, DomeSurface};
 use super::solids::refused;
 use super::trace::{GROUPS, plane};
@@ -83,10 +83,7 @@ pub fn check(design: &Design) -> Result<()> {
 
 /// Refuses bins for which the system has no memory, before it allocates them group by group.
 fn has_room(design: &Design) -> Result<()> {
-    let (grid, sphere) = (plane_grid(design), sphere(design));
-    let of_figures = grid.columns * grid.rows + sphere.polar * sphere.azimuths;
-    let others = design.receivers.iter().map(|r| r.detector.bins());
-    let bins = of_figures + others.sum::<usize>();
+    let bins = bins(design);
     let bytes = size_of::<f64>() * bins * (GROUPS + 1) + BESIDES;
     ensure!(
         Vec::<u8>::new().try_reserve_exact(bytes).is_ok(),
