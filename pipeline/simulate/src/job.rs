@@ -273,7 +273,12 @@ impl Job {
                     context.interrupt.check()?;
                     std::thread::sleep(POLL);
                 }
-                solve_missing_tables(&rings, begin, cache, context)?;
+                let from = begin % rings.len().max(1);
+                for ring in rings[from..].iter().chain(&rings[..from]) {
+                    if !cache.holds(&ring.key) {
+                        solve_unless_found(ring, cache, context)?;
+                    }
+                }
             }
             task.compute(pieces.clone(), cache, context)?;
         }
@@ -336,23 +341,6 @@ impl SharedWork for Job {
     }
 }
 
-/// Solves the tables of `rings` that the cache lacks, from number `begin` on; stops when another
-/// process stores the same table first.
-fn solve_missing_tables(
-    rings: &[Ring],
-    begin: usize,
-    cache: &Cache,
-    context: RunContext,
-) -> Result<()> {
-    let from = begin % rings.len().max(1);
-    for ring in rings[from..].iter().chain(&rings[..from]) {
-        if !cache.holds(&ring.key) {
-            solve_unless_found(ring, cache, context)?;
-        }
-    }
-    Ok(())
-}
-
 /// Ends a watch when it is dropped.
 struct EndOfWatch<'a> {
     done: &'a AtomicBool,
@@ -366,6 +354,7 @@ impl Drop for EndOfWatch<'_> {
     }
 }
 
+/// Solves the table of `ring`; stops when another process stores it first.
 fn solve_unless_found(ring: &Ring, cache: &Cache, context: RunContext) -> Result<()> {
     let stop = Interrupt::default();
     let done = AtomicBool::new(false);

@@ -125,11 +125,7 @@ impl Model {
     }
 
     fn name(self) -> &'static str {
-        match self {
-            Self::Geometric | Self::Fine => "geometric",
-            Self::Control => "control",
-            Self::Hybrid => "hybrid",
-        }
+        if self == Self::Fine { Self::Geometric.word() } else { self.word() }
     }
 
     /// Micrometres, to a nanometre.

@@ -195,6 +195,11 @@ impl SpectralTrace<'_> {
         };
         nodes.map(of).collect()
     }
+
+    /// Share of the flux, design and dome of every node.
+    pub(super) fn surfaces(&self) -> Vec<WavelengthScene<'_>> {
+        self.rule.iter().map(|node| self.sweep.surface(node)).collect()
+    }
 }
 
 /// Changes of figures by the last wavelengths, by key.
@@ -245,14 +250,6 @@ impl WavelengthErrors {
                 entry.wavelength_error = error.map(|error| error.times(factor));
             }
         }
-    }
-}
-
-impl SpectralTrace<'_> {
-    /// Share of the flux, design and dome of every node.
-    pub(super) fn surfaces(&self) -> Vec<WavelengthScene<'_>> {
-        let nodes = self.rule.iter();
-        nodes.map(|node| self.sweep.surface(node)).collect()
     }
 }
 
