@@ -42,30 +42,6 @@ pub fn seconds_of_paths(pieces: u64, paths: u64) -> f64 {
     pieces as f64 * PIECE_SECONDS + paths as f64 / PATHS_PER_SECOND
 }
 
-/// Cost of solving tables.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct TableCost {
-    /// Number of tables.
-    pub tables: u64,
-    /// Their complex multiply-adds, about.
-    pub operations: f64,
-}
-
-impl TableCost {
-    /// The cost of the tables of `rings`.
-    pub fn from_rings<'a>(rings: impl IntoIterator<Item = &'a Ring>) -> Self {
-        rings.into_iter().fold(Self::default(), |all, ring| Self {
-            tables: all.tables + 1,
-            operations: all.operations + ring.operations(),
-        })
-    }
-
-    /// Seconds on one core, about.
-    fn seconds(self) -> f64 {
-        self.tables as f64 * TABLE_SECONDS + self.operations / OPERATIONS_PER_SECOND
-    }
-}
-
 /// Something computed in pieces, each of which is kept by itself.
 pub trait Task {
     /// Label for people.
@@ -80,9 +56,9 @@ pub trait Task {
     /// The design whose tables it needs, if it needs some.
     fn tables_of(&self) -> Option<&Design>;
 
-    /// Tables that every piece needs for itself alone.
-    fn own_tables(&self) -> TableCost {
-        TableCost::default()
+    /// Cost of the tables that every piece needs for itself alone.
+    fn own_tables(&self) -> Cost {
+        Cost::default()
     }
 
     /// Pieces that are missing or unusable.
@@ -164,6 +140,19 @@ pub struct Cost {
     pub seconds: f64,
 }
 
+impl Cost {
+    /// The cost of solving the tables of `rings`.
+    pub fn of_tables<'a>(rings: impl IntoIterator<Item = &'a Ring>) -> Self {
+        let (mut tables, mut operations) = (0_u64, 0.0);
+        for ring in rings {
+            tables += 1;
+            operations += ring.operations();
+        }
+        let seconds = tables as f64 * TABLE_SECONDS + operations / OPERATIONS_PER_SECOND;
+        Self { tables, operations, seconds, ..Self::default() }
+    }
+}
+
 impl std::ops::Add for Cost {
     type Output = Self;
 
@@ -193,11 +182,11 @@ impl Job {
 
     /// The shares of `count` shards.
     fn partition(&self, count: usize) -> Vec<Share> {
-        let seconds = |ring: &Ring| TableCost::from_rings([ring]).seconds();
+        let seconds = |ring: &Ring| Cost::of_tables([ring]).seconds;
         let tables: Vec<f64> = self.rings.iter().map(seconds).collect();
         let tasks = self.tasks.iter().map(|task| TaskPieces {
             count: task.pieces(),
-            cost: seconds_of_paths(1, task.paths()) + task.own_tables().seconds(),
+            cost: seconds_of_paths(1, task.paths()) + task.own_tables().seconds,
         });
         shard::partition(&tables, &tasks.collect::<Vec<_>>(), count)
     }
@@ -209,7 +198,7 @@ impl Job {
 
     /// Cost of `share`.
     fn cost(&self, share: &Share) -> Cost {
-        let dealt = TableCost::from_rings(self.rings_of(share));
+        let dealt = Cost::of_tables(self.rings_of(share));
         let tasks = || {
             share
                 .tasks
@@ -217,7 +206,7 @@ impl Job {
                 .map(|(task, pieces)| (&*self.tasks[*task], pieces.end - pieces.start))
         };
         let own = |(task, count): (&dyn Task, u64)| {
-            let TableCost { tables, operations } = task.own_tables();
+            let Cost { tables, operations, .. } = task.own_tables();
             (count * tables, count as f64 * operations)
         };
         Cost {
@@ -243,11 +232,11 @@ impl Job {
     ) -> Result<Instant> {
         let own: Vec<&Ring> = own.iter().flat_map(|share| self.rings_of(share)).collect();
         let missing = own.iter().filter(|ring| !cache.holds(&ring.key));
-        let expected = TableCost::from_rings(missing.copied()).seconds();
+        let expected = Cost::of_tables(missing.copied()).seconds;
         let begun = Instant::now();
         solve_rings(&own, cache, context)?;
         let pace = if expected > 0.0 { begun.elapsed().as_secs_f64() / expected } else { 1.0 };
-        let slowest = all.iter().map(|share| TableCost::from_rings(self.rings_of(share)).seconds());
+        let slowest = all.iter().map(|share| Cost::of_tables(self.rings_of(share)).seconds);
         Ok(begun + Duration::from_secs_f64(LATE * pace * slowest.fold(0.0, f64::max)))
     }
 
