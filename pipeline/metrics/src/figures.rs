@@ -243,11 +243,6 @@ pub const FIELD_ANGLE: Definition = of_far_field(
 )
 .scaled(ANGLE_SCALE)
 .means("Full angle between the directions at which the intensity falls to a tenth of its peak.");
-/// Mean intensity below the centre angle.
-pub const INTENSITY_CENTRE: Definition =
-    of_far_field("intensity_centre", "intensity, centre", Unit::WattPerSteradian)
-        .absolute()
-        .means("Intensity straight up.");
 /// Largest intensity.
 pub const INTENSITY_PEAK: Definition =
     of_far_field("intensity_peak", "intensity, peak", Unit::WattPerSteradian)
@@ -312,25 +307,12 @@ const fn temperature(key: &'static str, label: &'static str) -> Definition {
 /// Largest distance between the chromaticities of two of the nine points of the cell.
 pub const COLOUR_DIFFERENCE: Definition =
     colour_difference("cell_colour_difference", "colour difference Δu'v', cell").means("Largest colour difference between two of nine points of the rectangle between the outermost LEDs.");
-/// The same between two parts of the cell.
-pub const COLOUR_DIFFERENCE_PARTS: Definition = colour_difference(
-    "cell_colour_difference_parts",
-    "colour difference Δu'v', parts of cell",
-)
-.means("Largest colour difference between two parts of the rectangle between the outermost LEDs.");
-/// The same between two directions.
-pub const COLOUR_DIFFERENCE_ANGLES: Definition = colour_difference(
-    "far_field_colour_difference",
-    "colour difference Δu'v', directions of far field",
-)
-.means("Largest colour difference between two directions.");
-
 /// Figures of colours: differences, then u', v', colour temperature and Duv of the map and of the
 /// far field upwards, in the order in which they are read.
 pub const COLOURS: [Definition; 11] = [
     COLOUR_DIFFERENCE,
-    COLOUR_DIFFERENCE_PARTS,
-    COLOUR_DIFFERENCE_ANGLES,
+    colour_difference("cell_colour_difference_parts", "colour difference Δu'v', parts of cell").means("Largest colour difference between two parts of the rectangle between the outermost LEDs."),
+    colour_difference("far_field_colour_difference", "colour difference Δu'v', directions of far field").means("Largest colour difference between two directions."),
     colour("plane_u_prime", "u', map").adding_wavelengths().means("Chromaticity u' of all light on the receiver plane."),
     colour("plane_v_prime", "v', map").adding_wavelengths().means("Chromaticity v' of all light on the receiver plane."),
     temperature("plane_cct_k", "correlated colour temperature, map").means("Colour temperature of all light on the receiver plane."),
@@ -364,14 +346,6 @@ pub const FLUX_DOWN: Definition =
     figure("flux_down", "flux, down", Unit::Watt, Source::Ledger, NEITHER)
         .absolute()
         .means("Flux that leaves downwards.");
-/// Mean illuminance above the axes of the LEDs.
-pub const ABOVE_LEDS: Definition =
-    illuminance("illuminance_above_leds", "illuminance, above LEDs", NEITHER)
-        .means("Mean illuminance of the places above the LEDs.");
-/// Largest illuminance of the map.
-pub const ILLUMINANCE_PEAK: Definition =
-    illuminance("illuminance_peak", "illuminance, peak", NEITHER)
-        .means("Largest illuminance on the receiver plane.");
 /// Mean illuminance of the cell.
 pub const CELL_MEAN: Definition =
     illuminance("illuminance_cell_mean", "illuminance, cell mean", LARGER)
@@ -384,14 +358,22 @@ pub const FAR_FIELD: [Definition; 8] = [
     PARABOLA,
     BEAM_ANGLE,
     FIELD_ANGLE,
-    INTENSITY_CENTRE,
+    of_far_field("intensity_centre", "intensity, centre", Unit::WattPerSteradian)
+        .absolute()
+        .means("Intensity straight up."),
     INTENSITY_PEAK,
     INTENSITY_PER_KILOLUMEN,
 ];
 /// The paper's figures of a map, in the order in which they are read.
 pub const PAPERS_MAP: [Definition; 3] = [UNIFORMITY, UNIFORMITY_DIAGONAL, VALLEY_TO_PEAK];
 /// Figures of the map in absolute units, in the order in which they are read.
-pub const ILLUMINANCE: [Definition; 3] = [ABOVE_LEDS, ILLUMINANCE_PEAK, CELL_MEAN];
+pub const ILLUMINANCE: [Definition; 3] = [
+    illuminance("illuminance_above_leds", "illuminance, above LEDs", NEITHER)
+        .means("Mean illuminance of the places above the LEDs."),
+    illuminance("illuminance_peak", "illuminance, peak", NEITHER)
+        .means("Largest illuminance on the receiver plane."),
+    CELL_MEAN,
+];
 
 const fn of_bins(key: &'static str, label: &'static str, better: Better) -> Definition {
     figure(key, label, Unit::WattPerSquareMillimetre, Source::Receiver, better)
