@@ -169,20 +169,14 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
     Some(refused(design, key, got, expected))
 }
 
-/// The key that says where the walls stand.
-fn housing_key(design: &Design) -> &'static str {
-    let stated = design.housing.as_ref().and_then(|housing| housing.inner_size_mm);
-    if stated.is_some() { "housing.inner_size_mm" } else { "housing.distance_mm" }
-}
-
-/// The value of that key.
-fn housing_value(design: &Design) -> String {
-    let Some(housing) = &design.housing else {
-        return String::new();
-    };
-    let distance_mm = housing.distance_mm.map(|mm| mm.to_string());
-    let size_mm = housing.inner_size_mm.map(|size| format!("{size:?}"));
-    distance_mm.or(size_mm).unwrap_or_default()
+/// The key that says where the walls stand, and its value.
+fn housing_key(design: &Design) -> (&'static str, String) {
+    let housing = design.housing.as_ref();
+    if let Some(size) = housing.and_then(|housing| housing.inner_size_mm) {
+        return ("housing.inner_size_mm", format!("{size:?}"));
+    }
+    let distance_mm = housing.and_then(|housing| housing.distance_mm);
+    ("housing.distance_mm", distance_mm.map_or(String::new(), |mm| mm.to_string()))
 }
 
 /// Ways out of an overlap of two surfaces by `depth_mm` along an axis, in words.
@@ -208,7 +202,7 @@ fn ways_out(design: &Design, [first, second]: [&str; 2], (depth_mm, axis): (f64,
             "keep {other:?} within the walls, which stand {} x {} mm apart, or set them farther out ({}){needed}",
             inner[0],
             inner[1],
-            housing_key(design),
+            housing_key(design).0,
         );
     }
     let is_solid = |name: &str| design.solids.iter().any(|solid| solid.name() == name);
@@ -296,8 +290,9 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
             },
         ),
         Error::IntoWall { .. } => {
+            let (key, got) = housing_key(design);
             let expected = format!("walls that stand outside of all packages: {error}");
-            return refused(design, housing_key(design), housing_value(design), expected);
+            return refused(design, key, got, expected);
         }
         Error::SourceOutside { .. } | Error::SourceInSurface { .. } | Error::OpenBody { .. } => {
             ("led.height_mm", led.height_mm.to_string())
