@@ -199,23 +199,17 @@ impl Job {
     /// Cost of `share`.
     fn cost(&self, share: &Share) -> Cost {
         let dealt = Cost::of_tables(self.rings_of(share));
-        let tasks = || {
-            share
-                .tasks
-                .iter()
-                .map(|(task, pieces)| (&*self.tasks[*task], pieces.end - pieces.start))
-        };
-        let own = |(task, count): (&dyn Task, u64)| {
-            let Cost { tables, operations, .. } = task.own_tables();
-            (count * tables, count as f64 * operations)
-        };
-        Cost {
-            pieces: dealt.tables + tasks().map(|(_, count)| count).sum::<u64>(),
-            tables: dealt.tables + tasks().map(|each| own(each).0).sum::<u64>(),
-            operations: dealt.operations + tasks().map(|each| own(each).1).sum::<f64>(),
-            paths: tasks().map(|(task, count)| count * task.paths()).sum(),
-            seconds: share.cost,
+        let mut tasks = Cost::default();
+        for (task, pieces) in &share.tasks {
+            let (task, count) = (&self.tasks[*task], pieces.end - pieces.start);
+            let own = task.own_tables();
+            tasks.pieces += count;
+            tasks.tables += count * own.tables;
+            tasks.operations += count as f64 * own.operations;
+            tasks.paths += count * task.paths();
         }
+        let all = Cost { pieces: dealt.tables, ..dealt } + tasks;
+        Cost { seconds: share.cost, ..all }
     }
 
     /// Solves the tables of `own` that the cache lacks. Returns when those of the other shards of
