@@ -2,7 +2,6 @@
 //! Figures 3, 4 and 6 of the paper: far fields of single elements, and one ring by rays and by
 //! RCWA.
 
-use std::borrow::Cow;
 use std::path::Path;
 
 use anyhow::{Context, Result, anyhow};
@@ -65,35 +64,35 @@ pub fn all(
 }
 
 /// The traces of Figures 3 and 4; `designs` are D1, D2, D3.
-pub fn plans(designs: &[Design], seed: u64) -> Vec<TracePlan<'static>> {
+pub fn plans(designs: &[Design], seed: u64) -> Vec<TracePlan> {
     let [d1, d2, d3] = designs else {
         return Vec::new();
     };
     let curves = third(d1, seed).chain(fourth([d1, d2, d3], seed));
-    curves.map(|curve| curve.plan.into_owned()).collect()
+    curves.map(|curve| curve.plan).collect()
 }
 
 /// Far field of one element alone, averaged over azimuth.
-struct ElementCurve<'a> {
-    plan: TracePlan<'a>,
+struct ElementCurve {
+    plan: TracePlan,
     label: String,
 }
 
-fn third(d1: &Design, seed: u64) -> impl Iterator<Item = ElementCurve<'_>> {
+fn third(d1: &Design, seed: u64) -> impl Iterator<Item = ElementCurve> {
     FIGURE_3.map(move |k| ElementCurve::new(d1, k, format!("S{k}"), seed))
 }
 
-fn fourth([d1, d2, d3]: [&Design; 3], seed: u64) -> [ElementCurve<'_>; 3] {
+fn fourth([d1, d2, d3]: [&Design; 3], seed: u64) -> [ElementCurve; 3] {
     let shapes = [(d1, "OS1"), (d2, "OS2"), (d3, "OS3")];
     shapes.map(|(design, shape)| {
         ElementCurve::new(design, FIGURE_4, format!("S{FIGURE_4} {shape}"), seed)
     })
 }
 
-impl<'a> ElementCurve<'a> {
-    fn new(design: &'a Design, element: usize, label: String, seed: u64) -> Self {
+impl ElementCurve {
+    fn new(design: &Design, element: usize, label: String, seed: u64) -> Self {
         let plan = TracePlan {
-            design: Cow::Borrowed(design),
+            design: design.clone(),
             dome: DomeChoice::Element(element),
             paths: (design.trace.paths / SHARE_OF_PATHS).max(1000),
             what: format!("{label} alone"),

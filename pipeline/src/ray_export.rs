@@ -18,7 +18,7 @@ pub struct RayExport<'a> {
     /// The design.
     pub design: &'a Design,
     /// Traces, each in light of one wavelength, with its share of the radiant power.
-    pub traces: &'a [(TracePlan<'a>, f64)],
+    pub traces: &'a [(TracePlan, f64)],
     /// Finds the surface of the domes of a trace.
     pub surface: &'a dyn Fn(&TracePlan) -> Result<DomeSurface>,
     /// Format of the file.

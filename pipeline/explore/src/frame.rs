@@ -86,7 +86,7 @@ fn figures(now: Vec<Row>, before: &[Row], changes: &[(String, FigureEntry)]) -> 
         let kept = before.iter().find(|other| other.key == key);
         let change = changes.iter().find(|(other, _)| *other == key).map(|(_, c)| c);
         let change = change.filter(|_| kept.is_some_and(|kept| kept.unit == unit));
-        let larger = figures::find(&key).and_then(|figure| figure.larger_is_better());
+        let larger = figures::find(&key).and_then(|figure| figure.larger_is_better);
         json!({
             "key": key,
             "label": label,

@@ -214,7 +214,7 @@ fn problem_text(request: &Request, name: &str, file: &str, model: Model) -> Resu
             toml::Value::from(*to)
         );
     }
-    let falls = figures::find(figure).and_then(|figure| figure.larger_is_better()) == Some(false);
+    let falls = figures::find(figure).and_then(|figure| figure.larger_is_better) == Some(false);
     let goal = if falls { ", goal = \"minimise\"" } else { "" };
     let _ = write!(
         words,

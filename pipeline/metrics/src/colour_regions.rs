@@ -19,14 +19,15 @@ const MIN_INTENSITY: f64 = 0.1;
 
 /// Bins put together.
 #[derive(Debug, Clone, PartialEq)]
-struct Parts {
+pub struct Parts {
     /// Part of each bin; `None` of bins that belong to none.
     of_bin: Vec<Option<usize>>,
     count: usize,
 }
 
 impl Parts {
-    fn sums(&self, bins: &[f64]) -> Vec<f64> {
+    /// Sum of the `bins` in each part.
+    pub fn sums(&self, bins: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0; self.count];
         for (part, value) in self.of_bin.iter().zip(bins) {
             if let Some(part) = part {
@@ -35,15 +36,10 @@ impl Parts {
         }
         sums
     }
-}
 
-/// Parts of the cell, each a twelfth of the pitch wide or, where that is more, a bin.
-#[derive(Debug, Clone, PartialEq)]
-pub struct CellParts(Parts);
-
-impl CellParts {
-    /// Parts of the cell of `layout`; `None` where it is not two bins of `grid` wide.
-    pub fn new(grid: Grid, layout: &Layout) -> Option<Self> {
+    /// Parts of the cell of `layout`, each a twelfth of the pitch wide or, where that is more, a bin;
+    /// `None` where it is not two bins of `grid` wide.
+    pub fn of_cell(grid: Grid, layout: &Layout) -> Option<Self> {
         let [low, high] = cell_on(grid, layout)?;
         let counts = [0, 1].map(|k| {
             let width = high[k] - low[k];
@@ -61,17 +57,7 @@ impl CellParts {
             let [x, y] = grid.middle_mm(bin);
             Some(place(y, 1)? * counts[0] + place(x, 0)?)
         });
-        Some(Self(Parts { of_bin: of_bin.collect(), count: counts[0] * counts[1] }))
-    }
-
-    /// Number of parts.
-    pub fn count(&self) -> usize {
-        self.0.count
-    }
-
-    /// Sum of the bins of `map` in each part.
-    pub fn sums(&self, map: &[f64]) -> Vec<f64> {
-        self.0.sums(map)
+        Some(Self { of_bin: of_bin.collect(), count: counts[0] * counts[1] })
     }
 }
 
@@ -79,7 +65,8 @@ impl CellParts {
 /// ring is whole.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Directions {
-    parts: Parts,
+    /// The parts.
+    pub parts: Parts,
     /// Solid angles, sr.
     sr: Vec<f64>,
 }
@@ -106,16 +93,6 @@ impl Directions {
         Self { parts, sr }
     }
 
-    /// Number of parts.
-    pub fn count(&self) -> usize {
-        self.parts.count
-    }
-
-    /// Power in each part.
-    pub fn sums(&self, powers: &[f64]) -> Vec<f64> {
-        self.parts.sums(powers)
-    }
-
     /// True of the parts whose intensity, from their luminous `fluxes`, exceeds a tenth of the
     /// largest.
     pub fn are_bright(&self, fluxes: &[f64]) -> Vec<bool> {
@@ -139,8 +116,8 @@ mod tests {
         for (bin_mm, counts) in [(0.1, [24, 12]), (0.5, [24, 12]), (1.0, [12, 6])] {
             let bins = (20.0 / bin_mm) as usize;
             let grid = Grid { columns: bins, rows: bins, bin_mm };
-            let parts = CellParts::new(grid, &layout).expect("a cell");
-            assert_eq!(parts.count(), counts[0] * counts[1], "{bin_mm}");
+            let parts = Parts::of_cell(grid, &layout).expect("a cell");
+            assert_eq!(parts.count, counts[0] * counts[1], "{bin_mm}");
             let sums = parts.sums(&vec![bin_mm * bin_mm; bins * bins]);
             assert!(sums.iter().all(|area| *area > 0.0), "{bin_mm}: {sums:?}");
             let area: f64 = sums.iter().sum();
@@ -156,7 +133,7 @@ mod tests {
             let sphere = AngularBins { bin_deg, polar, azimuths, bins: BinPlacement::Between };
             let directions = Directions::new(sphere);
             let whole: f64 = directions.sr.iter().sum();
-            assert_eq!(directions.count(), count, "{bin_deg}");
+            assert_eq!(directions.parts.count, count, "{bin_deg}");
             assert!((whole - TAU).abs() < 1e-9, "{bin_deg}: {whole}");
             // Even light is bright everywhere; in one part alone it is bright there.
             assert!(directions.are_bright(&directions.sr).iter().all(|bright| *bright));

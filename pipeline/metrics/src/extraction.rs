@@ -80,6 +80,13 @@ impl Ledger {
         let ended = found.iter().filter(|(name, _)| is_end(name));
         ended.map(|(_, share)| share).sum::<f64>() - 1.0
     }
+
+    /// The account of this name; its error holds that of the wavelengths.
+    pub fn account(&self, name: &str) -> Option<Estimate> {
+        let mut found = self.accounts.iter().filter(|(known, _)| known == name);
+        let error = self.wavelength_errors.get(name).map_or(0.0, |error| error.value);
+        found.next_back().map(|(_, share)| share.with_error(error))
+    }
 }
 
 /// An account as it is written.
@@ -121,15 +128,6 @@ impl<'de> Deserialize<'de> for Ledger {
             ledger.accounts.push((name, share));
         }
         Ok(ledger)
-    }
-}
-
-impl Ledger {
-    /// The account of this name; its error holds that of the wavelengths.
-    pub fn account(&self, name: &str) -> Option<Estimate> {
-        let mut found = self.accounts.iter().filter(|(known, _)| known == name);
-        let error = self.wavelength_errors.get(name).map_or(0.0, |error| error.value);
-        found.next_back().map(|(_, share)| share.with_error(error))
     }
 }
 

@@ -46,16 +46,11 @@ impl Source {
     }
 }
 
-/// The better of two values of a figure.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Better {
-    /// The larger one.
-    Larger,
-    /// The smaller one.
-    Smaller,
-    /// Neither: it depends on the purpose.
-    Neither,
-}
+/// True of a figure whose larger values are better; `None` where it depends on the purpose.
+type Better = Option<bool>;
+const LARGER: Better = Some(true);
+const SMALLER: Better = Some(false);
+const NEITHER: Better = None;
 
 /// Definition of a figure of merit.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,8 +65,9 @@ pub struct Definition {
     pub unit: Unit,
     /// Sums that it is read from.
     pub source: Source,
-    /// Comparison of two values.
-    pub better: Better,
+    /// True where the larger of two values is better, false where the smaller is; `None` where
+    /// neither is.
+    pub larger_is_better: Option<bool>,
     /// Default scale of its misses in studies; without one the study states it.
     pub scale: Option<f64>,
     /// True if its change decides whether wavelengths are added.
@@ -84,16 +80,6 @@ pub struct Definition {
 }
 
 impl Definition {
-    /// True where the larger of two values is better, false where the smaller is; `None` where
-    /// neither is.
-    pub fn larger_is_better(&self) -> Option<bool> {
-        match self.better {
-            Better::Larger => Some(true),
-            Better::Smaller => Some(false),
-            Better::Neither => None,
-        }
-    }
-
     /// Largest value that a target may have, and the words for its unit.
     pub fn largest_target(&self) -> (f64, &'static str) {
         match self.unit {
@@ -190,7 +176,7 @@ const fn figure(
         heading: None,
         unit,
         source,
-        better,
+        larger_is_better: better,
         scale: None,
         adds_wavelengths: false,
         is_absolute: false,
@@ -199,7 +185,7 @@ const fn figure(
 }
 
 const fn of_far_field(key: &'static str, label: &'static str, unit: Unit) -> Definition {
-    figure(key, label, unit, Source::FarField, Better::Neither)
+    figure(key, label, unit, Source::FarField, NEITHER)
 }
 
 const fn illuminance(key: &'static str, label: &'static str, better: Better) -> Definition {
@@ -225,7 +211,7 @@ pub const PEAK_ANGLE: Definition = papers(
     "peak_angle_deg",
     ["peak angle"; 2],
     (Unit::Degree, Source::FarField),
-    Better::Neither,
+    NEITHER,
     ANGLE_SCALE,
 )
 .means("Angle from the vertical at which the intensity, averaged over azimuth, is largest.");
@@ -234,7 +220,7 @@ pub const CENTRE_TO_PEAK: Definition = papers(
     "centre_to_peak",
     ["centre/peak", "centre / peak"],
     (Unit::Fraction, Source::FarField),
-    Better::Neither,
+    NEITHER,
     0.06,
 )
 .means("Intensity straight up over the largest intensity: small where the lens sends light aside.");
@@ -257,11 +243,6 @@ pub const FIELD_ANGLE: Definition = of_far_field(
 )
 .scaled(ANGLE_SCALE)
 .means("Full angle between the directions at which the intensity falls to a tenth of its peak.");
-/// Mean intensity below the centre angle.
-pub const INTENSITY_CENTRE: Definition =
-    of_far_field("intensity_centre", "intensity, centre", Unit::WattPerSteradian)
-        .absolute()
-        .means("Intensity straight up.");
 /// Largest intensity.
 pub const INTENSITY_PEAK: Definition =
     of_far_field("intensity_peak", "intensity, peak", Unit::WattPerSteradian)
@@ -277,7 +258,7 @@ pub const INTENSITY_PER_KILOLUMEN: Definition = of_far_field(
 .means("Largest intensity for each 1000 lm that are emitted.");
 /// The paper's uniformity, along rows and columns.
 pub const UNIFORMITY: Definition =
-    papers("uniformity", ["uniformity"; 2], (Unit::Fraction, Source::Map), Better::Larger, 0.02).means("Evenness of the light on the receiver plane between neighbouring LEDs, on a logarithmic scale: 100 % where the darkest place is as bright as the brightest.");
+    papers("uniformity", ["uniformity"; 2], (Unit::Fraction, Source::Map), LARGER, 0.02).means("Evenness of the light on the receiver plane between neighbouring LEDs, on a logarithmic scale: 100 % where the darkest place is as bright as the brightest.");
 /// The paper's uniformity, across the diagonal of four LEDs.
 pub const UNIFORMITY_DIAGONAL: Definition = Definition {
     adds_wavelengths: false,
@@ -285,7 +266,7 @@ pub const UNIFORMITY_DIAGONAL: Definition = Definition {
         "uniformity_diagonal",
         ["uniformity, diagonal"; 2],
         (Unit::Fraction, Source::Map),
-        Better::Larger,
+        LARGER,
         0.02,
     )
 }
@@ -297,7 +278,7 @@ pub const VALLEY_TO_PEAK: Definition = Definition {
         "illuminance_valley_to_peak",
         ["illuminance valley/peak", "illuminance valley / peak"],
         (Unit::Fraction, Source::Map),
-        Better::Larger,
+        LARGER,
         FORM_SCALE,
     )
 }
@@ -307,16 +288,16 @@ pub const EXTRACTION: Definition = papers(
     "extraction_efficiency",
     ["extraction"; 2],
     (Unit::Fraction, Source::Domes),
-    Better::Larger,
+    LARGER,
     SHARE_SCALE,
 )
 .means("Share of the emitted power that leaves the silicone of the domes for good.");
 const fn colour(key: &'static str, label: &'static str) -> Definition {
-    figure(key, label, Unit::Relative, Source::Colours, Better::Neither)
+    figure(key, label, Unit::Relative, Source::Colours, NEITHER)
 }
 
 const fn colour_difference(key: &'static str, label: &'static str) -> Definition {
-    Definition { better: Better::Smaller, ..colour(key, label) }
+    Definition { larger_is_better: SMALLER, ..colour(key, label) }
 }
 
 const fn temperature(key: &'static str, label: &'static str) -> Definition {
@@ -326,25 +307,12 @@ const fn temperature(key: &'static str, label: &'static str) -> Definition {
 /// Largest distance between the chromaticities of two of the nine points of the cell.
 pub const COLOUR_DIFFERENCE: Definition =
     colour_difference("cell_colour_difference", "colour difference Δu'v', cell").means("Largest colour difference between two of nine points of the rectangle between the outermost LEDs.");
-/// The same between two parts of the cell.
-pub const COLOUR_DIFFERENCE_PARTS: Definition = colour_difference(
-    "cell_colour_difference_parts",
-    "colour difference Δu'v', parts of cell",
-)
-.means("Largest colour difference between two parts of the rectangle between the outermost LEDs.");
-/// The same between two directions.
-pub const COLOUR_DIFFERENCE_ANGLES: Definition = colour_difference(
-    "far_field_colour_difference",
-    "colour difference Δu'v', directions of far field",
-)
-.means("Largest colour difference between two directions.");
-
 /// Figures of colours: differences, then u', v', colour temperature and Duv of the map and of the
 /// far field upwards, in the order in which they are read.
 pub const COLOURS: [Definition; 11] = [
     COLOUR_DIFFERENCE,
-    COLOUR_DIFFERENCE_PARTS,
-    COLOUR_DIFFERENCE_ANGLES,
+    colour_difference("cell_colour_difference_parts", "colour difference Δu'v', parts of cell").means("Largest colour difference between two parts of the rectangle between the outermost LEDs."),
+    colour_difference("far_field_colour_difference", "colour difference Δu'v', directions of far field").means("Largest colour difference between two directions."),
     colour("plane_u_prime", "u', map").adding_wavelengths().means("Chromaticity u' of all light on the receiver plane."),
     colour("plane_v_prime", "v', map").adding_wavelengths().means("Chromaticity v' of all light on the receiver plane."),
     temperature("plane_cct_k", "correlated colour temperature, map").means("Colour temperature of all light on the receiver plane."),
@@ -356,41 +324,31 @@ pub const COLOURS: [Definition; 11] = [
 ];
 /// Power that leaves upwards, per power emitted.
 pub const ESCAPED_UP: Definition =
-    figure("escaped_up", "escaped up", Unit::Fraction, Source::Ledger, Better::Larger)
+    figure("escaped_up", "escaped up", Unit::Fraction, Source::Ledger, LARGER)
         .scaled(SHARE_SCALE)
         .adding_wavelengths()
         .means("Share of the emitted power that leaves upwards.");
 /// Power that leaves downwards, per power emitted.
 pub const ESCAPED_DOWN: Definition =
-    figure("escaped_down", "escaped down", Unit::Fraction, Source::Ledger, Better::Neither)
+    figure("escaped_down", "escaped down", Unit::Fraction, Source::Ledger, NEITHER)
         .scaled(SHARE_SCALE)
         .means("Share of the emitted power that leaves downwards.");
 /// Power in any other account of the ledger, per power emitted.
-const ENDED: Definition =
-    figure("", "absorbed or lost", Unit::Fraction, Source::Ledger, Better::Smaller)
-        .scaled(SHARE_SCALE)
-        .means("Share of the emitted power that ends there.");
+const ENDED: Definition = figure("", "absorbed or lost", Unit::Fraction, Source::Ledger, SMALLER)
+    .scaled(SHARE_SCALE)
+    .means("Share of the emitted power that ends there.");
 /// Flux that leaves upwards.
-pub const FLUX_UP: Definition =
-    figure("flux_up", "flux, up", Unit::Watt, Source::Ledger, Better::Larger)
-        .absolute()
-        .means("Flux that leaves upwards.");
+pub const FLUX_UP: Definition = figure("flux_up", "flux, up", Unit::Watt, Source::Ledger, LARGER)
+    .absolute()
+    .means("Flux that leaves upwards.");
 /// Flux that leaves downwards.
 pub const FLUX_DOWN: Definition =
-    figure("flux_down", "flux, down", Unit::Watt, Source::Ledger, Better::Neither)
+    figure("flux_down", "flux, down", Unit::Watt, Source::Ledger, NEITHER)
         .absolute()
         .means("Flux that leaves downwards.");
-/// Mean illuminance above the axes of the LEDs.
-pub const ABOVE_LEDS: Definition =
-    illuminance("illuminance_above_leds", "illuminance, above LEDs", Better::Neither)
-        .means("Mean illuminance of the places above the LEDs.");
-/// Largest illuminance of the map.
-pub const ILLUMINANCE_PEAK: Definition =
-    illuminance("illuminance_peak", "illuminance, peak", Better::Neither)
-        .means("Largest illuminance on the receiver plane.");
 /// Mean illuminance of the cell.
 pub const CELL_MEAN: Definition =
-    illuminance("illuminance_cell_mean", "illuminance, cell mean", Better::Larger)
+    illuminance("illuminance_cell_mean", "illuminance, cell mean", LARGER)
         .means("Mean illuminance of the rectangle between the outermost LEDs.");
 
 /// Figures of a far field, in the order in which they are read.
@@ -400,38 +358,46 @@ pub const FAR_FIELD: [Definition; 8] = [
     PARABOLA,
     BEAM_ANGLE,
     FIELD_ANGLE,
-    INTENSITY_CENTRE,
+    of_far_field("intensity_centre", "intensity, centre", Unit::WattPerSteradian)
+        .absolute()
+        .means("Intensity straight up."),
     INTENSITY_PEAK,
     INTENSITY_PER_KILOLUMEN,
 ];
 /// The paper's figures of a map, in the order in which they are read.
 pub const PAPERS_MAP: [Definition; 3] = [UNIFORMITY, UNIFORMITY_DIAGONAL, VALLEY_TO_PEAK];
 /// Figures of the map in absolute units, in the order in which they are read.
-pub const ILLUMINANCE: [Definition; 3] = [ABOVE_LEDS, ILLUMINANCE_PEAK, CELL_MEAN];
+pub const ILLUMINANCE: [Definition; 3] = [
+    illuminance("illuminance_above_leds", "illuminance, above LEDs", NEITHER)
+        .means("Mean illuminance of the places above the LEDs."),
+    illuminance("illuminance_peak", "illuminance, peak", NEITHER)
+        .means("Largest illuminance on the receiver plane."),
+    CELL_MEAN,
+];
 
 const fn of_bins(key: &'static str, label: &'static str, better: Better) -> Definition {
     figure(key, label, Unit::WattPerSquareMillimetre, Source::Receiver, better)
 }
 
 const fn angle_of_bins(key: &'static str, label: &'static str) -> Definition {
-    Definition { unit: Unit::Degree, ..of_bins(key, label, Better::Neither) }.scaled(ANGLE_SCALE)
+    Definition { unit: Unit::Degree, ..of_bins(key, label, NEITHER) }.scaled(ANGLE_SCALE)
 }
 
 const fn ratio_of_bins(key: &'static str, label: &'static str) -> Definition {
-    Definition { unit: Unit::Fraction, ..of_bins(key, label, Better::Larger) }.scaled(FORM_SCALE)
+    Definition { unit: Unit::Fraction, ..of_bins(key, label, LARGER) }.scaled(FORM_SCALE)
 }
 
 /// Figures of every receiver that has one flux, in the order in which they are read: its share of
 /// the emitted flux, then mean and extremes of its quantity; of rectangles with three bins along each
 /// side the points of a display; then [`BY_ANGLE`].
 pub const OF_RECEIVER: [Definition; 10] = [
-    Definition { unit: Unit::Fraction, ..of_bins("flux", "flux", Better::Larger) }
+    Definition { unit: Unit::Fraction, ..of_bins("flux", "flux", LARGER) }
         .scaled(SHARE_SCALE)
         .adding_wavelengths()
         .means("Share of the emitted power that reaches the receiver; of converted light in lumens, of 683 lm for each watt."),
-    of_bins("mean", "mean", Better::Larger).means("Mean over the bins of the receiver."),
-    of_bins("min", "min", Better::Neither).means("Smallest bin of the receiver."),
-    of_bins("max", "max", Better::Neither).means("Largest bin of the receiver."),
+    of_bins("mean", "mean", LARGER).means("Mean over the bins of the receiver."),
+    of_bins("min", "min", NEITHER).means("Smallest bin of the receiver."),
+    of_bins("max", "max", NEITHER).means("Largest bin of the receiver."),
     ratio_of_bins("min_to_max", "min/max").means("Smallest over largest bin of the receiver."),
     ratio_of_bins("nine_points", "nine points, min/max")
         .means("Smallest over largest of nine points of the receiver, as displays are measured."),
@@ -446,8 +412,7 @@ pub const OF_RECEIVER: [Definition; 10] = [
 /// Figures of luminance by the angle to the normal, over the whole rectangle: about the normal, and
 /// the angles between the directions in the planes of u and v at which it falls to half of its peak.
 pub const BY_ANGLE: [Definition; 3] = [
-    of_bins("axial", "axial", Better::Larger)
-        .means("Luminance seen along the normal of the receiver."),
+    of_bins("axial", "axial", LARGER).means("Luminance seen along the normal of the receiver."),
     angle_of_bins("half_angle_u_deg", "angle of half luminance along u").means(
         "Angle between the directions along u at which the luminance falls to half of its peak.",
     ),
@@ -476,8 +441,8 @@ pub fn of_receivers() -> impl Iterator<Item = Definition> {
 /// The figure of a form of uniformity.
 pub fn of_form(form: RegionForm) -> Definition {
     let (unit, better) = match form.form {
-        Form::Variation => (Unit::Ratio, Better::Smaller),
-        _ => (Unit::Fraction, Better::Larger),
+        Form::Variation => (Unit::Ratio, SMALLER),
+        _ => (Unit::Fraction, LARGER),
     };
     figure(form.key, form.label, unit, Source::Map, better).scaled(FORM_SCALE)
 }

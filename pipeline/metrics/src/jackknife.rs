@@ -161,14 +161,7 @@ impl Grouped {
 
     /// Standard error of the total in every bin: √(G/(G-1) Σ (x_g - x̄)²).
     pub fn standard_errors(&self) -> Vec<f64> {
-        let n = self.count() as f64;
-        (0..self.total.len())
-            .map(|i| {
-                let mean = self.total[i] / n;
-                let squares: f64 = self.groups.iter().map(|g| (g[i] - mean).powi(2)).sum();
-                (squares * n / (n - 1.0)).sqrt()
-            })
-            .collect()
+        self.each(|_, power| power).1
     }
 }
 

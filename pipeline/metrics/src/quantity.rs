@@ -48,72 +48,44 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// Units that have a name.
-    const NAMED: [Self; 15] = [
-        Self::Degree,
-        Self::Millimetre,
-        Self::Micrometre,
-        Self::Nanometre,
-        Self::Watt,
-        Self::WattPerSteradian,
-        Self::WattPerSquareMillimetre,
-        Self::PerSteradian,
-        Self::Candela,
-        Self::CandelaPerKilolumen,
-        Self::Lux,
-        Self::WattPerSquareMetreSteradian,
-        Self::CandelaPerSquareMetre,
-        Self::Lumen,
-        Self::Kelvin,
+    /// Units that have a name: ending of a column or key, and symbol for labels.
+    const NAMED: [(Self, &str, &str); 15] = [
+        (Self::Degree, "deg", "°"),
+        (Self::Millimetre, "mm", "mm"),
+        (Self::Micrometre, "um", "µm"),
+        (Self::Nanometre, "nm", "nm"),
+        (Self::Watt, "w", "W"),
+        (Self::WattPerSteradian, "w_per_sr", "W/sr"),
+        (Self::WattPerSquareMillimetre, "w_per_mm2", "W/mm²"),
+        (Self::PerSteradian, "per_sr", "1/sr"),
+        (Self::Candela, "cd", "cd"),
+        (Self::CandelaPerKilolumen, "cd_per_klm", "cd/klm"),
+        (Self::Lux, "lx", "lx"),
+        (Self::WattPerSquareMetreSteradian, "w_per_m2_sr", "W/(m² sr)"),
+        (Self::CandelaPerSquareMetre, "cd_per_m2", "cd/m²"),
+        (Self::Lumen, "lm", "lm"),
+        (Self::Kelvin, "k", "K"),
     ];
 
     /// The unit that a file names by suffix or symbol.
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::NAMED.into_iter().find(|unit| unit.suffix() == name || unit.symbol() == name)
+        let mut named = Self::NAMED.into_iter();
+        named.find(|(_, suffix, symbol)| [*suffix, *symbol].contains(&name)).map(|(unit, ..)| unit)
+    }
+
+    fn names(self) -> [&'static str; 2] {
+        let named = Self::NAMED.into_iter().find(|(unit, ..)| *unit == self);
+        named.map_or([""; 2], |(_, suffix, symbol)| [suffix, symbol])
     }
 
     /// Ending of a column or key, without the underscore; empty for pure numbers.
     pub fn suffix(self) -> &'static str {
-        match self {
-            Self::Degree => "deg",
-            Self::Millimetre => "mm",
-            Self::Micrometre => "um",
-            Self::Nanometre => "nm",
-            Self::Watt => "w",
-            Self::WattPerSteradian => "w_per_sr",
-            Self::WattPerSquareMillimetre => "w_per_mm2",
-            Self::PerSteradian => "per_sr",
-            Self::Candela => "cd",
-            Self::CandelaPerKilolumen => "cd_per_klm",
-            Self::Lux => "lx",
-            Self::WattPerSquareMetreSteradian => "w_per_m2_sr",
-            Self::CandelaPerSquareMetre => "cd_per_m2",
-            Self::Lumen => "lm",
-            Self::Kelvin => "k",
-            Self::Fraction | Self::Ratio | Self::Relative => "",
-        }
+        self.names()[0]
     }
 
     /// Symbol for labels; empty for pure numbers.
     pub fn symbol(self) -> &'static str {
-        match self {
-            Self::Degree => "°",
-            Self::Millimetre => "mm",
-            Self::Micrometre => "µm",
-            Self::Nanometre => "nm",
-            Self::Watt => "W",
-            Self::WattPerSteradian => "W/sr",
-            Self::WattPerSquareMillimetre => "W/mm²",
-            Self::PerSteradian => "1/sr",
-            Self::Candela => "cd",
-            Self::CandelaPerKilolumen => "cd/klm",
-            Self::Lux => "lx",
-            Self::WattPerSquareMetreSteradian => "W/(m² sr)",
-            Self::CandelaPerSquareMetre => "cd/m²",
-            Self::Lumen => "lm",
-            Self::Kelvin => "K",
-            Self::Fraction | Self::Ratio | Self::Relative => "",
-        }
+        self.names()[1]
     }
 
     /// True if people see it as a percentage.

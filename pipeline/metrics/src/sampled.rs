@@ -275,10 +275,7 @@ impl Sampled {
 
     /// Levels of `map`; the peak of the whole map is `peak`.
     pub fn levels(&self, map: &[f64], peak: f64) -> Levels {
-        self.levels_of(map, &self.samples.values(map), peak)
-    }
-
-    fn levels_of(&self, map: &[f64], values: &[f64], peak: f64) -> Levels {
+        let values = &self.samples.values(map)[..];
         let extremes = || values[..self.extremes].iter().copied();
         Levels {
             low: match &self.valley {
@@ -324,7 +321,7 @@ impl Sampled {
         matches!(self.valley, Some(Valley::Fit(_)))
     }
 
-    /// True if the region is a set of places without a valley.
+    /// True if the region is a set of places, which are few, without a valley.
     fn is_of_places(&self) -> bool {
         self.valley.is_none() && matches!(self.samples, Samples::Points(_))
     }
@@ -365,7 +362,8 @@ fn along(grid: Grid, segments: &[[[f64; 2]; 2]]) -> Vec<Sample> {
 }
 
 /// Levels of regions of one map, as they are needed for estimates of functions of them.
-pub(crate) struct LevelEstimates {
+pub(crate) struct LevelEstimates<'a> {
+    regions: &'a [Sampled],
     /// Extremes of all paths.
     plain: Vec<Levels>,
     /// Extremes that one half of the paths has where the other has its own.
@@ -374,19 +372,13 @@ pub(crate) struct LevelEstimates {
     halves: Vec<Vec<[Levels; 2]>>,
     /// Without each group, extremes at the places of all.
     without: Vec<Vec<Levels>>,
-    /// True of regions whose lowest value is that of a fit.
-    is_fitted: Vec<bool>,
-    /// True of regions of places, which are few.
-    is_of_places: Vec<bool>,
     /// Change of the lowest value by one path more.
     one_more: Vec<f64>,
-    /// Samples of each region.
-    samples: Vec<usize>,
 }
 
-impl LevelEstimates {
+impl<'a> LevelEstimates<'a> {
     /// Of `map` by groups of paths.
-    pub fn new(regions: &[Sampled], map: &Grouped) -> Self {
+    pub fn new(regions: &'a [Sampled], map: &Grouped) -> Self {
         let (peak_bin, peak) = largest(map.total());
         let of_total = |region: &Sampled| {
             region.picks(map.total(), &region.samples.values(map.total()), peak_bin)
@@ -402,10 +394,7 @@ impl LevelEstimates {
         let (crossed, halves) = crossed(regions, map, &plain);
         let event = event(map);
         let one_more = picks.iter().map(|picks| event * picks.low.concentration()).collect();
-        let is_fitted = regions.iter().map(Sampled::is_fitted).collect();
-        let is_of_places = regions.iter().map(Sampled::is_of_places).collect();
-        let samples = regions.iter().map(|region| region.areas.len()).collect();
-        Self { plain, crossed, halves, without, is_fitted, is_of_places, one_more, samples }
+        Self { regions, plain, crossed, halves, without, one_more }
     }
 
     /// The `figure` of levels of a region, which is a share of its highest value or of its mean. Where
@@ -425,22 +414,22 @@ impl LevelEstimates {
         let one_more = (figure(&more) - crossed).abs();
         let halves = self.of_halves(region, &figure);
         // Extremes of a few values in halves may agree by chance.
-        let of_places =
-            if self.is_of_places[region] { self.noise_of_places(region, &figure) } else { 0.0 };
+        let is_of_places = self.regions[region].is_of_places();
+        let of_places = if is_of_places { self.noise_of_places(region, &figure) } else { 0.0 };
         let scatter = halves.max(of_places);
         if plain.to_bits() == crossed.to_bits() {
             return Estimate::new(plain, scatter.hypot(one_more));
         }
         let both = Estimate::between(plain, crossed, halves);
         if one_more > halves {
-            let reach = if self.is_of_places[region] { self.reach(region, &figure) } else { 0.0 };
+            let reach = if is_of_places { self.reach(region, &figure) } else { 0.0 };
             return both.with_bias((FEW_PATHS * one_more).max(of_places).max(reach));
         }
         let both = Estimate::between(plain, crossed, halves.hypot(one_more));
-        if self.is_of_places[region] && both.is_resolved() {
+        if is_of_places && both.is_resolved() {
             return Estimate::between(plain, crossed, scatter.hypot(one_more));
         }
-        if self.is_fitted[region] && both.is_resolved() {
+        if self.regions[region].is_fitted() && both.is_resolved() {
             let high = self.plain[region].high;
             let at_peak = figure(&Levels { high, ..*levels });
             // Valley and peak are far apart, and their noise is independent.
@@ -463,7 +452,8 @@ impl LevelEstimates {
         };
         if self.plain[region].mean <= 0.0 {
             // That of one bright sample among dark ones is the largest.
-            return Estimate::between(0.0, (self.samples[region] as f64 - 1.0).sqrt(), 0.0);
+            let samples = self.regions[region].areas.len() as f64;
+            return Estimate::between(0.0, (samples - 1.0).sqrt(), 0.0);
         }
         let scatter = self.left_out(region, squared);
         Estimate::new(squared(&self.crossed[region]), scatter).mapped(f64::sqrt)
@@ -572,13 +562,13 @@ const FEW_OF_PLACE: f64 = 4.0;
 pub(crate) fn event(map: &Grouped) -> f64 {
     let step = (map.total().len() / 65_536).clamp(1, 16);
     let n = map.count() as f64;
-    let (mut squares, mut sum) = (0.0, 0.0);
+    let mut squares = 0.0;
     let total = map.total();
     for g in 0..map.count() {
         let powers = map.group(g).iter().zip(total).step_by(step);
         squares += powers.map(|(power, total)| (power - total / n).powi(2)).sum::<f64>();
     }
     squares *= n / (n - 1.0);
-    sum += total.iter().step_by(step).sum::<f64>();
+    let sum = total.iter().step_by(step).sum::<f64>();
     if sum > 0.0 { squares / sum } else { 0.0 }
 }

@@ -77,11 +77,12 @@ impl MapReading {
         Some([straight, diagonal])
     }
 
-    /// Where the valleys and the peak of `map` are; `None` as for [`MapReading::plain`].
-    pub fn places(&self, map: &[f64]) -> Option<Places> {
-        let valleys = self.valleys(map)?;
-        let [straight_mm, diagonal_mm] = valleys.map(|lowest| lowest.place_mm(self.grid));
-        Some(Places { straight_mm, diagonal_mm, peak_mm: self.grid.middle_mm(largest(map).0) })
+    /// Where the figures of [`MapReading::plain`] are read on `map`, (x, y) in mm: the valley on the
+    /// straight segments and the one on the diagonals, then the middle of the largest bin; `None` as
+    /// there.
+    pub fn places_mm(&self, map: &[f64]) -> Option<[[f64; 2]; 3]> {
+        let [straight, diagonal] = self.valleys(map)?.map(|lowest| lowest.place_mm(self.grid));
+        Some([straight, diagonal, self.grid.middle_mm(largest(map).0)])
     }
 
     /// Uniformity (straight, diagonal) and L_valley / L_peak of one map, with its largest bin as
@@ -93,17 +94,6 @@ impl MapReading {
         let on_scale = |v: f64| logarithmic(v, self.full_scale);
         Some([on_scale(low), on_scale(corner), low])
     }
-}
-
-/// Where the figures of [`MapReading::plain`] are read on one map, (x, y) in mm.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Places {
-    /// Valley on the straight segments.
-    pub straight_mm: [f64; 2],
-    /// Valley on the diagonals; where there are none, that of the segments.
-    pub diagonal_mm: [f64; 2],
-    /// Middle of the largest bin.
-    pub peak_mm: [f64; 2],
 }
 
 /// A map less its smallest bin, which is picked once, from all groups.

@@ -5,7 +5,7 @@ use crate::dome::{Section, Surface};
 use crate::tables::{TableRequest, Tables};
 use crate::trace::{Scene, Trial, trace};
 use anyhow::Result;
-use full_wave::{Body, Cost, Polarisation, Resolution};
+use full_wave::{Body, Polarisation, Resolution};
 use results::full_wave::{Comparison, Distance, FarField, Model};
 use serde::Serialize;
 
@@ -104,14 +104,6 @@ pub(crate) fn edges() -> Vec<f64> {
 pub fn body(section: &Section, resolution: Resolution) -> Result<Body> {
     let outline = section.outline()?;
     Ok(Body::new(&outline, section.wavelength_um, section.index, resolution)?)
-}
-
-/// Size of full wave's part.
-///
-/// # Errors
-/// Those of [`body`].
-pub fn cost(section: &Section, resolution: Resolution) -> Result<Cost> {
-    Ok(body(section, resolution)?.cost())
 }
 
 /// Computes the three far fields. `progress` is told what begins, and may stop it.

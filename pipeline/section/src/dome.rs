@@ -35,33 +35,28 @@ impl Base {
         Chord::of(self.surface(), width_mm, ring).length_mm()
     }
 
-    fn scaled(&self, by: f64) -> Self {
-        let point = |[r, z]: [f64; 2]| [r * by, z * by];
-        let curve = |curve: Curve| match curve {
-            Curve::Line => Curve::Line,
-            Curve::Arc { radius_mm, centre_mm } => {
-                Curve::Arc { radius_mm: radius_mm * by, centre_mm: centre_mm * by }
+    fn scaled(mut self, by: f64) -> Self {
+        let scale = |length: &mut f64| *length *= by;
+        match &mut self {
+            Self::Sphere(SphericalDome { sphere_radius_mm, height_mm, radius_mm }) => {
+                [sphere_radius_mm, height_mm, radius_mm].into_iter().for_each(scale);
             }
-            Curve::Bend { radius_mm, centre_mm, clockwise } => {
-                Curve::Bend { radius_mm: radius_mm * by, centre_mm: point(centre_mm), clockwise }
-            }
-        };
-        match self {
-            Self::Sphere(sphere) => Self::Sphere(SphericalDome {
-                sphere_radius_mm: sphere.sphere_radius_mm * by,
-                height_mm: sphere.height_mm * by,
-                radius_mm: sphere.radius_mm * by,
-            }),
             Self::Curve(meridian) => {
-                let piece = |p: &Piece| Piece {
-                    start: point(p.start),
-                    end: point(p.end),
-                    curve: curve(p.curve),
-                    role: p.role,
-                };
-                Self::Curve(Meridian { pieces: meridian.pieces.iter().map(piece).collect() })
+                for Piece { start, end, curve, .. } in &mut meridian.pieces {
+                    start.iter_mut().chain(end).for_each(scale);
+                    match curve {
+                        Curve::Line => {}
+                        Curve::Arc { radius_mm, centre_mm } => {
+                            [radius_mm, centre_mm].into_iter().for_each(scale);
+                        }
+                        Curve::Bend { radius_mm, centre_mm, .. } => {
+                            std::iter::once(radius_mm).chain(centre_mm).for_each(scale);
+                        }
+                    }
+                }
             }
         }
+        self
     }
 }
 
@@ -111,7 +106,7 @@ impl Section {
             "ring width: expected above 0 um, got {width_um}"
         );
         let scale = 1e-3 * width_um * count as f64 / (relief.width_mm * elements as f64);
-        let base = base.scaled(scale);
+        let base = base.clone().scaled(scale);
         // A ring takes the shape of the element at its share of the radius.
         let shape = |ring: usize| relief.shapes[(2 * ring + 1) * elements / (2 * count)].clone();
         let rings = Elements {

@@ -4,7 +4,7 @@
 use full_wave::{Polarisation, Resolution};
 use geometry::profile::{Elements, Rounding, Shape, SphericalDome};
 use results::full_wave::Model;
-use section::compare::{Request, SourceRequest, compare, cost};
+use section::compare::{Request, SourceRequest, body, compare};
 use section::dome::{Base, Section};
 use section::tables::{TableRequest, Tables};
 use section::trace::{Scene, Trial, trace};
@@ -78,7 +78,7 @@ fn a_relief_far_below_the_wavelength_is_smooth() {
 fn power_is_accounted_for_and_models_are_compared() {
     let section = paper(Shape::Os1, 2, 3.0);
     let resolution = Resolution { nodes_per_wavelength: 8.0, ..Resolution::default() };
-    assert_eq!(cost(&section, resolution).unwrap().matrices, 2);
+    assert_eq!(body(&section, resolution).unwrap().cost().matrices, 2);
     let request = Request {
         sources: SourceRequest { count: 12, ..SourceRequest::default() },
         resolution,

@@ -391,15 +391,10 @@ fn scatters(law: &ScatterLaw) -> String {
                 stated.direction_deg.unwrap_or_default()
             )
         }
-        ScatterLaw::Polariser(stated) => match &stated.pass {
-            Some(_) => {
-                format!(
-                    "polariser with its pass axis along {}°",
-                    stated.axis_deg.unwrap_or_default()
-                )
-            }
-            None => "polariser, by its shares of unpolarised light".to_owned(),
-        },
+        ScatterLaw::Polariser(stated) if stated.pass.is_some() => {
+            format!("polariser with its pass axis along {}°", stated.axis_deg.unwrap_or_default())
+        }
+        ScatterLaw::Polariser(_) => "polariser, by its shares of unpolarised light".to_owned(),
         ScatterLaw::Lambertian(stated) => {
             format!("Lambertian diffuser: {}", shares(stated.transmitted, stated.reflected))
         }
@@ -423,20 +418,14 @@ fn dome(design: &Design) -> String {
         return "none".to_owned();
     };
     let [height, width] = [dome.height_mm(), 2.0 * dome.radius_mm()].map(shortest);
-    match dome {
-        Dome::Mesh(mesh) => format!(
-            "mesh of {}, {height} mm high, {width} mm wide, {silicone}",
-            count(mesh.triangles, "triangle"),
-        ),
-        Dome::Meridian(meridian) => format!(
-            "curve of {}, {height} mm high, {width} mm wide, {silicone}",
-            count(meridian.pieces.len(), "piece"),
-        ),
-        Dome::Sphere(sphere) => format!(
-            "sphere of radius {} mm, {height} mm high, {width} mm wide, {silicone}",
-            shortest(sphere.sphere_radius_mm),
-        ),
-    }
+    let form = match dome {
+        Dome::Mesh(mesh) => format!("mesh of {}", count(mesh.triangles, "triangle")),
+        Dome::Meridian(curve) => format!("curve of {}", count(curve.pieces.len(), "piece")),
+        Dome::Sphere(sphere) => {
+            format!("sphere of radius {} mm", shortest(sphere.sphere_radius_mm))
+        }
+    };
+    format!("{form}, {height} mm high, {width} mm wide, {silicone}")
 }
 
 /// Reflectance and law of reflection in words.

@@ -86,13 +86,9 @@ fn banded(
     base: BaseSurface<'_>,
     bsdfs: Vec<Option<Arc<dyn Bsdf>>>,
 ) -> DomeSurface {
-    DomeSurface::Banded(banded_meridian(design, base, bsdfs.len()), bsdfs)
-}
-
-fn banded_meridian(design: &Design, base: BaseSurface<'_>, bands: usize) -> Meridian {
     let width_mm = design.hybrid.element_width_um * 1e-3 * design.hybrid.rings_per_band as f64;
-    let ends: Vec<f64> = (1..=bands).map(|k| k as f64 * width_mm).collect();
-    Meridian::banded(base, &ends)
+    let ends: Vec<f64> = (1..=bsdfs.len()).map(|k| k as f64 * width_mm).collect();
+    DomeSurface::Banded(Meridian::banded(base, &ends), bsdfs)
 }
 
 /// The surface of the dome in `model` without what its bands scatter: a trace is known by it before
@@ -100,10 +96,6 @@ fn banded_meridian(design: &Design, base: BaseSurface<'_>, bands: usize) -> Meri
 pub(super) fn without_tables(design: &Design, model: Model) -> Result<DomeSurface> {
     match design.base().filter(|_| model.is_banded()) {
         None => dome_surface(design, model, None),
-        Some(base) => {
-            let bands = band_cells(design).len();
-            let meridian = banded_meridian(design, base, bands);
-            Ok(DomeSurface::Banded(meridian, vec![None; bands]))
-        }
+        Some(base) => Ok(banded(design, base, vec![None; band_cells(design).len()])),
     }
 }

@@ -25,14 +25,6 @@ pub struct FilmPlanes {
     pub accounts: Vec<String>,
 }
 
-/// A plane beside a film.
-struct Level {
-    /// `below_NAME`, of the last also `above_NAME`.
-    name: String,
-    z_mm: f64,
-    size_mm: [f64; 2],
-}
-
 impl FilmPlanes {
     /// Those of `design` that cut nothing in `scene`.
     ///
@@ -40,16 +32,15 @@ impl FilmPlanes {
     /// Those of a rectangle.
     pub fn new(design: &Design, scene: &Scene) -> Result<Self> {
         let mut all = Vec::new();
-        for level in levels(design) {
-            let pair = [Sense::Plus, Sense::Minus].map(|sense| {
-                let centre = DVec3::new(0.0, 0.0, level.z_mm);
-                let bin = DetectorRectangle::new(Facing::Z(sense), centre, level.size_mm, [1, 1])?;
-                Ok(Detector::new(level.name.clone(), Measurement::Plane(bin)))
-            });
-            let [up, down]: [Result<Detector>; 2] = pair;
-            let pair = [up?, down?];
+        for (name, z_mm, size_mm) in levels(design) {
+            let detector = |sense: Sense| -> Result<Detector> {
+                let centre = DVec3::new(0.0, 0.0, z_mm);
+                let bin = DetectorRectangle::new(Facing::Z(sense), centre, size_mm, [1, 1])?;
+                Ok(Detector::new(name.clone(), Measurement::Plane(bin)))
+            };
+            let pair = [detector(Sense::Plus)?, detector(Sense::Minus)?];
             if pair.iter().all(|detector| scene.admits(detector).is_ok()) {
-                all.push((level.name.replace([' ', ','], "_"), pair));
+                all.push((name.replace([' ', ','], "_"), pair));
             }
         }
         // Numbers that sort as the planes lie.
@@ -72,22 +63,21 @@ fn film(solid: &CheckedSolid) -> Option<(&str, [f64; 2], [f64; 2])> {
     solid.is_film().then_some((solid.name(), ends, [x, y]))
 }
 
-/// The planes of the films of `design`, upwards; none of a closed gap.
-fn levels(design: &Design) -> Vec<Level> {
+/// The planes of the films of `design`, upwards, with height and lengths, mm: `below_NAME`, of the last
+/// also `above_NAME`; none of a closed gap.
+fn levels(design: &Design) -> Vec<(String, f64, [f64; 2])> {
     let films: Vec<_> = design.solids.iter().filter_map(film).collect();
     let mut levels = Vec::new();
     let mut below_mm = 0.0;
     for (name, [low, high], size_mm) in &films {
         let gap = low - below_mm;
         if gap > CLOSED_MM {
-            let z_mm = low - OFF_MM.min(0.5 * gap);
-            levels.push(Level { name: format!("below_{name}"), z_mm, size_mm: *size_mm });
+            levels.push((format!("below_{name}"), low - OFF_MM.min(0.5 * gap), *size_mm));
         }
         below_mm = *high;
     }
     if let Some((name, [_, high], size_mm)) = films.last() {
-        let (name, z_mm) = (format!("above_{name}"), high + OFF_MM);
-        levels.push(Level { name, z_mm, size_mm: *size_mm });
+        levels.push((format!("above_{name}"), high + OFF_MM, *size_mm));
     }
     levels
 }

@@ -42,30 +42,6 @@ pub fn seconds_of_paths(pieces: u64, paths: u64) -> f64 {
     pieces as f64 * PIECE_SECONDS + paths as f64 / PATHS_PER_SECOND
 }
 
-/// Cost of solving tables.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct TableCost {
-    /// Number of tables.
-    pub tables: u64,
-    /// Their complex multiply-adds, about.
-    pub operations: f64,
-}
-
-impl TableCost {
-    /// The cost of the tables of `rings`.
-    pub fn from_rings<'a>(rings: impl IntoIterator<Item = &'a Ring>) -> Self {
-        rings.into_iter().fold(Self::default(), |all, ring| Self {
-            tables: all.tables + 1,
-            operations: all.operations + ring.operations(),
-        })
-    }
-
-    /// Seconds on one core, about.
-    fn seconds(self) -> f64 {
-        self.tables as f64 * TABLE_SECONDS + self.operations / OPERATIONS_PER_SECOND
-    }
-}
-
 /// Something computed in pieces, each of which is kept by itself.
 pub trait Task {
     /// Label for people.
@@ -80,9 +56,9 @@ pub trait Task {
     /// The design whose tables it needs, if it needs some.
     fn tables_of(&self) -> Option<&Design>;
 
-    /// Tables that every piece needs for itself alone.
-    fn own_tables(&self) -> TableCost {
-        TableCost::default()
+    /// Cost of the tables that every piece needs for itself alone.
+    fn own_tables(&self) -> Cost {
+        Cost::default()
     }
 
     /// Pieces that are missing or unusable.
@@ -164,6 +140,19 @@ pub struct Cost {
     pub seconds: f64,
 }
 
+impl Cost {
+    /// The cost of solving the tables of `rings`.
+    pub fn of_tables<'a>(rings: impl IntoIterator<Item = &'a Ring>) -> Self {
+        let (mut tables, mut operations) = (0_u64, 0.0);
+        for ring in rings {
+            tables += 1;
+            operations += ring.operations();
+        }
+        let seconds = tables as f64 * TABLE_SECONDS + operations / OPERATIONS_PER_SECOND;
+        Self { tables, operations, seconds, ..Self::default() }
+    }
+}
+
 impl std::ops::Add for Cost {
     type Output = Self;
 
@@ -193,11 +182,11 @@ impl Job {
 
     /// The shares of `count` shards.
     fn partition(&self, count: usize) -> Vec<Share> {
-        let seconds = |ring: &Ring| TableCost::from_rings([ring]).seconds();
+        let seconds = |ring: &Ring| Cost::of_tables([ring]).seconds;
         let tables: Vec<f64> = self.rings.iter().map(seconds).collect();
         let tasks = self.tasks.iter().map(|task| TaskPieces {
             count: task.pieces(),
-            cost: seconds_of_paths(1, task.paths()) + task.own_tables().seconds(),
+            cost: seconds_of_paths(1, task.paths()) + task.own_tables().seconds,
         });
         shard::partition(&tables, &tasks.collect::<Vec<_>>(), count)
     }
@@ -209,24 +198,18 @@ impl Job {
 
     /// Cost of `share`.
     fn cost(&self, share: &Share) -> Cost {
-        let dealt = TableCost::from_rings(self.rings_of(share));
-        let tasks = || {
-            share
-                .tasks
-                .iter()
-                .map(|(task, pieces)| (&*self.tasks[*task], pieces.end - pieces.start))
-        };
-        let own = |(task, count): (&dyn Task, u64)| {
-            let TableCost { tables, operations } = task.own_tables();
-            (count * tables, count as f64 * operations)
-        };
-        Cost {
-            pieces: dealt.tables + tasks().map(|(_, count)| count).sum::<u64>(),
-            tables: dealt.tables + tasks().map(|each| own(each).0).sum::<u64>(),
-            operations: dealt.operations + tasks().map(|each| own(each).1).sum::<f64>(),
-            paths: tasks().map(|(task, count)| count * task.paths()).sum(),
-            seconds: share.cost,
+        let dealt = Cost::of_tables(self.rings_of(share));
+        let mut tasks = Cost::default();
+        for (task, pieces) in &share.tasks {
+            let (task, count) = (&self.tasks[*task], pieces.end - pieces.start);
+            let own = task.own_tables();
+            tasks.pieces += count;
+            tasks.tables += count * own.tables;
+            tasks.operations += count as f64 * own.operations;
+            tasks.paths += count * task.paths();
         }
+        let all = Cost { pieces: dealt.tables, ..dealt } + tasks;
+        Cost { seconds: share.cost, ..all }
     }
 
     /// Solves the tables of `own` that the cache lacks. Returns when those of the other shards of
@@ -243,11 +226,11 @@ impl Job {
     ) -> Result<Instant> {
         let own: Vec<&Ring> = own.iter().flat_map(|share| self.rings_of(share)).collect();
         let missing = own.iter().filter(|ring| !cache.holds(&ring.key));
-        let expected = TableCost::from_rings(missing.copied()).seconds();
+        let expected = Cost::of_tables(missing.copied()).seconds;
         let begun = Instant::now();
         solve_rings(&own, cache, context)?;
         let pace = if expected > 0.0 { begun.elapsed().as_secs_f64() / expected } else { 1.0 };
-        let slowest = all.iter().map(|share| TableCost::from_rings(self.rings_of(share)).seconds());
+        let slowest = all.iter().map(|share| Cost::of_tables(self.rings_of(share)).seconds);
         Ok(begun + Duration::from_secs_f64(LATE * pace * slowest.fold(0.0, f64::max)))
     }
 
@@ -273,7 +256,12 @@ impl Job {
                     context.interrupt.check()?;
                     std::thread::sleep(POLL);
                 }
-                solve_missing_tables(&rings, begin, cache, context)?;
+                let from = begin % rings.len().max(1);
+                for ring in rings[from..].iter().chain(&rings[..from]) {
+                    if !cache.holds(&ring.key) {
+                        solve_unless_found(ring, cache, context)?;
+                    }
+                }
             }
             task.compute(pieces.clone(), cache, context)?;
         }
@@ -336,23 +324,6 @@ impl SharedWork for Job {
     }
 }
 
-/// Solves the tables of `rings` that the cache lacks, from number `begin` on; stops when another
-/// process stores the same table first.
-fn solve_missing_tables(
-    rings: &[Ring],
-    begin: usize,
-    cache: &Cache,
-    context: RunContext,
-) -> Result<()> {
-    let from = begin % rings.len().max(1);
-    for ring in rings[from..].iter().chain(&rings[..from]) {
-        if !cache.holds(&ring.key) {
-            solve_unless_found(ring, cache, context)?;
-        }
-    }
-    Ok(())
-}
-
 /// Ends a watch when it is dropped.
 struct EndOfWatch<'a> {
     done: &'a AtomicBool,
@@ -366,6 +337,7 @@ impl Drop for EndOfWatch<'_> {
     }
 }
 
+/// Solves the table of `ring`; stops when another process stores it first.
 fn solve_unless_found(ring: &Ring, cache: &Cache, context: RunContext) -> Result<()> {
     let stop = Interrupt::default();
     let done = AtomicBool::new(false);

@@ -44,18 +44,16 @@ impl Model {
         } else {
             design.without_bands.as_deref()?
         };
-        let of = |models: &[Self]| models.iter().map(|m| m.key(design)).collect::<Vec<_>>();
-        let there = Self::all_of(design);
-        let missing_fine = copies_um(design).is_some();
+        let (there, has_fine) = (Self::all_of(design), copies_um(design).is_some());
         let mut missing = vec![Self::Fine, Self::Control, Self::Hybrid];
-        missing.retain(|model| !there.contains(model));
-        missing.retain(|model| *model != Self::Fine || missing_fine);
-        let copies = if copies_um(design).is_none() && !design.is_coated() {
-            "; rings are as wide as the elements, copies at a smaller width are asked for by hybrid.element_width_um"
-        } else {
+        missing.retain(|m| !there.contains(m) && (*m != Self::Fine || has_fine));
+        let missing: Vec<String> = missing.iter().map(|model| model.key(design)).collect();
+        let copies = if has_fine || design.is_coated() {
             ""
+        } else {
+            "; rings are as wide as the elements, copies at a smaller width are asked for by hybrid.element_width_um"
         };
-        Some(format!("left out: {}: {reason}{copies}", of(&missing).join(", ")))
+        Some(format!("left out: {}: {reason}{copies}", missing.join(", ")))
     }
 
     /// Refuses a model that `design` does not have.
@@ -125,11 +123,7 @@ impl Model {
     }
 
     fn name(self) -> &'static str {
-        match self {
-            Self::Geometric | Self::Fine => "geometric",
-            Self::Control => "control",
-            Self::Hybrid => "hybrid",
-        }
+        if self == Self::Fine { Self::Geometric.word() } else { self.word() }
     }
 
     /// Micrometres, to a nanometre.

@@ -2,8 +2,6 @@
 //! Traces of many designs without files, as studies, tolerance analyses and searches ask for them.
 //! Tables of orders stay in memory from one design to the next.
 
-use std::borrow::Cow;
-
 use anyhow::Result;
 
 use design::Design;
@@ -15,7 +13,7 @@ use super::observation::Observation;
 use super::spectral::SpectralJob;
 use super::tables::HeldTables;
 use super::trace::{GROUPS, TraceJob};
-use super::trace_plan::{DomeChoice, TracePlan};
+use super::trace_plan::DomeChoice;
 
 /// Groups for the errors of a search: maps are read that many times, so that fewer than in a run
 /// leave more of the time to paths. The error of an error is a fifth.
@@ -71,15 +69,8 @@ impl<'a> ModelTraces<'a> {
             }
             _ => None,
         };
-        let plan = TracePlan {
-            design: Cow::Borrowed(design),
-            dome,
-            paths: design.trace.paths,
-            what: what.to_owned(),
-            seed: context.seed,
-        };
-        let surface = plan.surface(tables.as_ref())?;
-        let job = TraceJob { error_groups: self.error_groups, ..plan.job(&surface) };
-        job.observe(context)
+        let surface = &dome.surface(design, tables.as_ref())?;
+        let (paths, error_groups) = (design.trace.paths, self.error_groups);
+        TraceJob { design, surface, paths, what, error_groups }.observe(context)
     }
 }

@@ -111,6 +111,13 @@ pub fn sphere(design: &Design) -> AngularBins {
     }
 }
 
+/// Number of bins of the map, the far field and all receivers of `design`.
+pub(super) fn bins(design: &Design) -> usize {
+    let (grid, sphere) = (plane_grid(design), sphere(design));
+    let others = design.receivers.iter().map(|receiver| receiver.detector.bins());
+    grid.columns * grid.rows + sphere.polar * sphere.azimuths + others.sum::<usize>()
+}
+
 /// How the figures of the far field of `design` are read.
 pub fn far_field_reading(design: &Design) -> FarFieldReading {
     let f = &design.far_field;

@@ -53,11 +53,10 @@ impl Run<'_> {
     ///
     /// # Errors
     /// Wavelengths that follow from what has been traced.
-    pub fn plans(&self, models: &[Model], context: RunContext) -> Result<Vec<TracePlan<'static>>> {
+    pub fn plans(&self, models: &[Model], context: RunContext) -> Result<Vec<TracePlan>> {
         let Some(lights) = self.lights else {
-            let models = models.iter();
-            let plan = |&model| TracePlan::of_model(self.design, model, context.seed).into_owned();
-            return Ok(models.map(plan).collect());
+            let plan = |model: &Model| TracePlan::of_model(self.design, *model, context.seed);
+            return Ok(models.iter().map(plan).collect());
         };
         let plans = models.iter().map(|&model| self.spectral_job(lights, model, context).plans());
         Ok(plans.collect::<Result<Vec<_>>>()?.concat())

@@ -12,9 +12,8 @@ use bsdf::Bsdf;
 use tracer::glam::DVec3;
 use tracer::housing::Housing;
 use tracer::{
-    Cap, Dome as TracerDome, Emission, Emitter, Interior, LedBox, Medium, Package, Patch,
-    Polarisation, Prototype, Region, Sampling, Scene, SceneBuilder, Settings, Shape, Source,
-    Surface, SurfaceModel,
+    Emission, Emitter, Interior, LedBox, Medium, Patch, Polarisation, Prototype, Region, Sampling,
+    Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
 };
 
 use design::Design;
@@ -24,7 +23,7 @@ use design::resolved::reflector::Reflector;
 use design::schema::{self, Carrying, Extent};
 use geometry::{Meridian, Piece, Role, shapes};
 
-use super::solids::{self, Bottom, BottomPart, Gap, Packages, SolidOnBottom};
+use super::solids::{self, Bottom, BottomPart, Packages, Standing};
 
 /// Ledger name of the dome's surface.
 pub const DOME: &str = "dome";
@@ -141,23 +140,6 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     built(&scene, design)
 }
 
-/// Contacts and narrow gaps of the solids of a design.
-#[derive(Debug, Clone, Default)]
-pub struct Standing {
-    /// Solids that light enters and that stand on the bottom.
-    pub on_bottom: Vec<SolidOnBottom>,
-    /// Gaps narrower than [`solids::NARROW_MM`].
-    pub gaps: Vec<Gap>,
-}
-
-impl Standing {
-    /// Names and words, a line each.
-    pub fn describe(&self) -> Vec<(&'static str, String)> {
-        let on_bottom = self.on_bottom.iter().map(|solid| ("bottom", solid.describe()));
-        on_bottom.chain(self.gaps.iter().map(|gap| ("gap", gap.describe()))).collect()
-    }
-}
-
 /// What the solids of `design` stand on, and the narrow gaps between them, with `surface` on its
 /// domes.
 ///
@@ -170,11 +152,7 @@ pub fn standing(design: &Design, surface: &DomeSurface) -> Result<Standing> {
     let mirror = mirror(design)?;
     let package =
         with_led_at(design, &without_led(design, surface, &mirror)?, design.led.place(0))?;
-    let bottom = bottom(design, &mirror);
-    Ok(Standing {
-        on_bottom: solids::on_bottom(design, package.clone(), &bottom)?,
-        gaps: solids::gaps(design, package, &bottom)?,
-    })
+    solids::standing(design, package, &bottom(design, &mirror))
 }
 
 /// A package of `design` with its own source alone, and `surface` on its dome.
@@ -321,7 +299,7 @@ fn housing(design: &Design, mirror: &SurfaceModel) -> Option<Housing> {
     })
 }
 
-/// A package with a dome: the tracer's own package, its smooth dome replaced by `surface`.
+/// A package with a dome: the tracer's own within `surface`.
 fn package(
     design: &Design,
     dome: &Dome,
@@ -335,55 +313,35 @@ fn package(
         side: box_optics.clone(),
         top: box_optics,
     };
-    let silicone = design.silicone.to_tracer("silicone");
-    let sphere = match dome {
-        Dome::Sphere(sphere) => sphere,
-        Dome::Meridian(_) | Dome::Mesh(_) => {
-            let curve = match dome {
-                Dome::Meridian(curve) => Some(curve),
-                _ => None,
-            };
-            let last = curve.and_then(|meridian| meridian.pieces.last());
+    let (rim, foot) = match dome {
+        Dome::Sphere(sphere) => (sphere.radius_mm, sphere.height_at(sphere.radius_mm)),
+        Dome::Meridian(curve) => {
+            let last = curve.pieces.last();
             let cylinder = last.filter(|piece| piece.role == Role::Cylinder);
-            let interior = Interior {
-                rim: curve.map_or(dome.radius_mm(), |meridian| meridian.end_mm()[0]),
-                foot: cylinder.map_or(0.0, |piece| piece.start[1]),
-                size: dome.radius_mm().max(dome.height_mm()),
-                silicone,
-                side: surface.part(Role::Cylinder).optics,
-                bottom: mirror.clone(),
-                led,
-            };
-            let mut prototype = interior.prototype()?;
-            if let Dome::Mesh(mesh) = dome {
-                // Dome and bottom in one solid; the box stays.
-                prototype.surfaces.retain(|s| s.name() != BOTTOM);
-                let parts = vec![
-                    Patch::new(DOME, SurfaceModel::Interface),
-                    Patch::new(BOTTOM, mirror.clone()),
-                ];
-                let (inner, outer) = (tracer::package::SILICONE, Region::World);
-                let solid = Surface::zoned(mesh.shape.clone(), inner, outer, parts);
-                prototype.surfaces.push(solid);
-            } else {
-                prototype.surfaces.extend(dome_surfaces(surface)?);
-            }
-            return Ok(prototype);
+            (curve.end_mm()[0], cylinder.map_or(0.0, |piece| piece.start[1]))
         }
+        Dome::Mesh(_) => (dome.radius_mm(), 0.0),
     };
-    let cap =
-        Cap { radius: sphere.sphere_radius_mm, apex: sphere.height_mm, rim: sphere.radius_mm };
-    let package = Package {
-        cap,
-        silicone,
-        dome: TracerDome::smooth(&cap),
+    let interior = Interior {
+        rim,
+        foot,
+        size: dome.radius_mm().max(dome.height_mm()),
+        silicone: design.silicone.to_tracer("silicone"),
         side: surface.part(Role::Cylinder).optics,
         bottom: mirror.clone(),
         led,
     };
-    let mut prototype = package.prototype()?;
-    prototype.surfaces.retain(|s| s.name() != DOME);
-    prototype.surfaces.extend(dome_surfaces(surface)?);
+    let mut prototype = interior.prototype()?;
+    if let Dome::Mesh(mesh) = dome {
+        // Dome and bottom in one solid; the box stays.
+        prototype.surfaces.retain(|s| s.name() != BOTTOM);
+        let parts =
+            vec![Patch::new(DOME, SurfaceModel::Interface), Patch::new(BOTTOM, mirror.clone())];
+        let (inner, outer) = (tracer::package::SILICONE, Region::World);
+        prototype.surfaces.push(Surface::zoned(mesh.shape.clone(), inner, outer, parts));
+    } else {
+        prototype.surfaces.extend(dome_surfaces(surface)?);
+    }
     Ok(prototype)
 }
 

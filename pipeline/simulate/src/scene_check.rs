@@ -21,8 +21,9 @@ use metrics::digits::shortest;
 use super::cells::band_cells;
 use super::dome_surface::dome_surface;
 use super::model::Model;
-use super::observation::{plane_grid, sphere};
+use super::observation::bins;
 use super::scene::{self, DomeSurface};
+use super::solids::refused;
 use super::trace::{GROUPS, plane};
 
 /// Radius of a dome, in widths of the package, beyond which rounding may spoil its sphere.
@@ -68,13 +69,9 @@ pub fn check(design: &Design) -> Result<()> {
     scatters_at_all_wavelengths(design, &surface)?;
     tables_fit(design)?;
     if let Err(error) = scene.admits(&plane(design)?) {
-        return Err(ConfigError::Value {
-            file: design.provenance.file.clone(),
-            key: "receiver.plane_height_mm".to_owned(),
-            got: design.receiver.plane_height_mm.to_string(),
-            expected: format!("a plane above the packages that cuts no solid: {error}"),
-        }
-        .into());
+        let expected = format!("a plane above the packages that cuts no solid: {error}");
+        let got = design.receiver.plane_height_mm.to_string();
+        return Err(refused(design, "receiver.plane_height_mm", got, expected).into());
     }
     for (number, receiver) in design.receivers.iter().enumerate() {
         if let Err(error) = scene.admits(&receiver.detector) {
@@ -86,10 +83,7 @@ pub fn check(design: &Design) -> Result<()> {
 
 /// Refuses bins for which the system has no memory, before it allocates them group by group.
 fn has_room(design: &Design) -> Result<()> {
-    let (grid, sphere) = (plane_grid(design), sphere(design));
-    let of_figures = grid.columns * grid.rows + sphere.polar * sphere.azimuths;
-    let others = design.receivers.iter().map(|r| r.detector.bins());
-    let bins = of_figures + others.sum::<usize>();
+    let bins = bins(design);
     let bytes = size_of::<f64>() * bins * (GROUPS + 1) + BESIDES;
     ensure!(
         Vec::<u8>::new().try_reserve_exact(bytes).is_ok(),
@@ -126,15 +120,10 @@ fn tables_fit(design: &Design) -> Result<()> {
     }
     let cells = band_cells(design);
     if (0..cells.len()).any(|band| design.files.covers(band)) {
-        return Err(ConfigError::Value {
-            file: design.provenance.file.clone(),
-            key: "files.bands".to_owned(),
-            got: "given".to_owned(),
-            expected: format!(
-                "no such table for domes in a medium of index {around}: those of files are for air around the dome"
-            ),
-        }
-        .into());
+        let expected = format!(
+            "no such table for domes in a medium of index {around}: those of files are for air around the dome"
+        );
+        return Err(refused(design, "files.bands", "given", expected).into());
     }
     let cells: Vec<Cell> = cells.into_iter().flatten().collect();
     Ok(design::resolve::tables::fit(design, &cells)?)
@@ -170,34 +159,24 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
     }
     let (key, got) = widest.size();
     let [x, y, z] = size.map(shortest);
-    Some(ConfigError::Value {
-        file: design.provenance.file.clone(),
-        key,
-        got,
-        expected: format!(
-            "a solid in each package that does not overlap those of its neighbours: {:?} measures {x} x {y} x {z} mm and reaches {} mm from the axis, the next package stands at {} mm ({})",
-            widest.name(),
-            shortest(reach_mm),
-            shortest(distance_mm),
-            design.array.distance_key(),
-        ),
-    })
+    let expected = format!(
+        "a solid in each package that does not overlap those of its neighbours: {:?} measures {x} x {y} x {z} mm and reaches {} mm from the axis, the next package stands at {} mm ({})",
+        widest.name(),
+        shortest(reach_mm),
+        shortest(distance_mm),
+        design.array.distance_key(),
+    );
+    Some(refused(design, key, got, expected))
 }
 
-/// The key that says where the walls stand.
-fn housing_key(design: &Design) -> &'static str {
-    let stated = design.housing.as_ref().and_then(|housing| housing.inner_size_mm);
-    if stated.is_some() { "housing.inner_size_mm" } else { "housing.distance_mm" }
-}
-
-/// The value of that key.
-fn housing_value(design: &Design) -> String {
-    let Some(housing) = &design.housing else {
-        return String::new();
-    };
-    let distance_mm = housing.distance_mm.map(|mm| mm.to_string());
-    let size_mm = housing.inner_size_mm.map(|size| format!("{size:?}"));
-    distance_mm.or(size_mm).unwrap_or_default()
+/// The key that says where the walls stand, and its value.
+fn housing_key(design: &Design) -> (&'static str, String) {
+    let housing = design.housing.as_ref();
+    if let Some(size) = housing.and_then(|housing| housing.inner_size_mm) {
+        return ("housing.inner_size_mm", format!("{size:?}"));
+    }
+    let distance_mm = housing.and_then(|housing| housing.distance_mm);
+    ("housing.distance_mm", distance_mm.map_or(String::new(), |mm| mm.to_string()))
 }
 
 /// Ways out of an overlap of two surfaces by `depth_mm` along an axis, in words.
@@ -223,7 +202,7 @@ fn ways_out(design: &Design, [first, second]: [&str; 2], (depth_mm, axis): (f64,
             "keep {other:?} within the walls, which stand {} x {} mm apart, or set them farther out ({}){needed}",
             inner[0],
             inner[1],
-            housing_key(design),
+            housing_key(design).0,
         );
     }
     let is_solid = |name: &str| design.solids.iter().any(|solid| solid.name() == name);
@@ -269,12 +248,8 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
         }
         _ => String::new(),
     };
-    Some(ConfigError::Value {
-        file: design.provenance.file.clone(),
-        key,
-        got,
-        expected: format!("a place where the solid cuts nothing: {error}{ways}"),
-    })
+    let expected = format!("a place where the solid cuts nothing: {error}{ways}");
+    Some(refused(design, key, got, expected))
 }
 
 /// The error of a scene that cannot be built, by the key most likely to be wrong.
@@ -315,12 +290,9 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
             },
         ),
         Error::IntoWall { .. } => {
-            return ConfigError::Value {
-                file: design.provenance.file.clone(),
-                key: housing_key(design).to_owned(),
-                got: housing_value(design),
-                expected: format!("walls that stand outside of all packages: {error}"),
-            };
+            let (key, got) = housing_key(design);
+            let expected = format!("walls that stand outside of all packages: {error}");
+            return refused(design, key, got, expected);
         }
         Error::SourceOutside { .. } | Error::SourceInSurface { .. } | Error::OpenBody { .. } => {
             ("led.height_mm", led.height_mm.to_string())
@@ -332,12 +304,7 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
             };
         }
     };
-    ConfigError::Value {
-        file: design.provenance.file.clone(),
-        key: key.to_owned(),
-        got,
-        expected: format!("a package that can be built: {error}"),
-    }
+    refused(design, key, got, format!("a package that can be built: {error}"))
 }
 
 /// The error of a box that does not fit where it was moved to.
@@ -354,12 +321,7 @@ fn off_axis(design: &Design, error: &Error) -> ConfigError {
     } else {
         ("led.offset_mm", format!("{:?}", led.offset_mm))
     };
-    ConfigError::Value {
-        file: design.provenance.file.clone(),
-        key: key.to_owned(),
-        got,
-        expected: format!("a package that can be built: {error}"),
-    }
+    refused(design, key, got, format!("a package that can be built: {error}"))
 }
 
 /// The error of a source outside the medium it names.
@@ -374,12 +336,9 @@ fn misplaced(design: &Design, error: &Error) -> Option<ConfigError> {
     let mut sources = design.sources.iter();
     let number = sources.position(|source| source.name() == source_name)?;
     let stated = &design.sources[number].stated;
-    Some(ConfigError::Value {
-        file: design.provenance.file.clone(),
-        key: format!("sources[{}].position_mm", number + 1),
-        got: format!("{:?}", stated.kind.place().unwrap_or_default().0),
-        expected: format!("a place where the source may stand: {error}"),
-    })
+    let key = format!("sources[{}].position_mm", number + 1);
+    let got = format!("{:?}", stated.kind.place().unwrap_or_default().0);
+    Some(refused(design, key, got, format!("a place where the source may stand: {error}")))
 }
 
 /// The error of a receiver, by its key in the design.
@@ -395,6 +354,12 @@ fn refusal(
         let rectangle = stated.kind.rectangle().unwrap_or_default();
         format!("{:?}", rectangle.position_mm)
     };
+    let off = |apart_mm: f64, what: &str, place: &str| {
+        format!(
+            "a rectangle more than {apart_mm:.1e} mm off all {what}, not one in {place}, where rounding would decide what {:?} counts",
+            receiver.name()
+        )
+    };
     let (key, got, expected) = match error {
         Error::NoSurface { surface, known, .. } => {
             let key = if last == Some(&surface) { "only.last_surface" } else { "surface" };
@@ -408,30 +373,17 @@ fn refusal(
                 "a rectangle that cuts nothing, not one through what stands from {low_mm:?} to {high_mm:?} mm"
             ),
         ),
-        Error::ReceiverInFace { surface, apart_mm, .. } => (
-            "position_mm",
-            place(),
-            format!(
-                "a rectangle more than {apart_mm:.1e} mm off all faces that it overlaps, not one in the plane of {surface:?}, where rounding would decide what {:?} counts",
-                receiver.name()
-            ),
-        ),
-        Error::ReceiverInSource { source_name, apart_mm, .. } => (
-            "position_mm",
-            place(),
-            format!(
-                "a rectangle more than {apart_mm:.1e} mm off all that emits, not one in which source {source_name:?} does, where rounding would decide what {:?} counts",
-                receiver.name()
-            ),
-        ),
+        Error::ReceiverInFace { surface, apart_mm, .. } => {
+            let plane = format!("the plane of {surface:?}");
+            ("position_mm", place(), off(apart_mm, "faces that it overlaps", &plane))
+        }
+        Error::ReceiverInSource { source_name, apart_mm, .. } => {
+            let emits = format!("which source {source_name:?} does");
+            ("position_mm", place(), off(apart_mm, "that emits", &emits))
+        }
         other => ("name", format!("{:?}", receiver.name()), other.to_string()),
     };
-    ConfigError::Value {
-        file: design.provenance.file.clone(),
-        key: format!("receivers[{}].{key}", number + 1),
-        got,
-        expected,
-    }
+    refused(design, format!("receivers[{}].{key}", number + 1), got, expected)
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use metrics::plural::count;
 
 use super::film_planes::FilmPlanes;
 use super::observation::colours::{ColourArrays, Colours};
-use super::observation::{Observation, plane_grid, sphere};
+use super::observation::{Observation, bins};
 use super::scene::{self, DomeSurface};
 
 /// Groups of paths, from whose scatter all errors come.
@@ -185,9 +185,7 @@ fn in_lumens(power: &Observation, luminous: Observation) -> Observation {
 
 /// Refuses more bins than there is memory for.
 fn fits(design: &Design, wavelengths: usize) -> Result<()> {
-    let (grid, sphere) = (plane_grid(design), sphere(design));
-    let others = design.receivers.iter().map(|receiver| receiver.detector.bins());
-    let bins = grid.columns * grid.rows + sphere.polar * sphere.azimuths + others.sum::<usize>();
+    let bins = bins(design);
     let on_threads = bins * wavelengths * rayon::current_num_threads();
     // Four observations, and what is made of three of them.
     let observed = 4 * bins * (GROUPS + 1) + ColourArrays::count(design, GROUPS);

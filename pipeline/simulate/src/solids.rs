@@ -40,6 +40,23 @@ use metrics::digits::shortest;
 /// for every solid that it lies in: a thousand times the offset of a ray's start from a surface.
 const INSET: f64 = 1e-9;
 
+/// The error of a value that does not fit the scene of `design`.
+pub(super) fn refused(
+    design: &Design,
+    key: impl Into<String>,
+    got: impl Into<String>,
+    expected: impl Into<String>,
+) -> ConfigError {
+    let file = design.provenance.file.clone();
+    ConfigError::Value { file, key: key.into(), got: got.into(), expected: expected.into() }
+}
+
+/// That of an optical contact.
+fn contact_refused(placing: &Placing, solid: &CheckedSolid, expected: String) -> ConfigError {
+    let key = format!("{}.optical_contact", solid.table);
+    refused(placing.design, key, solid.stated.shared.optical_contact.shown(), expected)
+}
+
 /// Placement of all solids of a design.
 struct Placing<'a> {
     design: &'a Design,
@@ -112,6 +129,23 @@ impl Gap {
             format!("optical_contact = [{first:?}] under {second} closes it")
         };
         format!("{first} and {second}: {stands}; {closes}")
+    }
+}
+
+/// Contacts and narrow gaps of the solids of a design.
+#[derive(Debug, Clone, Default)]
+pub struct Standing {
+    /// Solids that light enters and that stand on the bottom, in the order of the design.
+    pub on_bottom: Vec<SolidOnBottom>,
+    /// Gaps narrower than [`NARROW_MM`].
+    pub gaps: Vec<Gap>,
+}
+
+impl Standing {
+    /// Names and words, a line each.
+    pub fn describe(&self) -> Vec<(&'static str, String)> {
+        let on_bottom = self.on_bottom.iter().map(|solid| ("bottom", solid.describe()));
+        on_bottom.chain(self.gaps.iter().map(|gap| ("gap", gap.describe()))).collect()
     }
 }
 
@@ -197,79 +231,46 @@ pub fn index_about_domes(design: &Design, package: Prototype, bottom: &Bottom) -
     };
     let name = |holder: Option<&CheckedSolid>| holder.map_or("air", CheckedSolid::name).to_owned();
     let [a, b] = [name(holders[0]), name(*other)];
-    Err(ConfigError::Value {
-        file: design.provenance.file.clone(),
-        key: "solids".to_owned(),
-        got: format!("some packages in {a:?} and some in {b:?}"),
-        expected: "one index around all domes with [elements], whose tables are those of silicone in one medium"
-            .to_owned(),
-    }
-    .into())
+    let got = format!("some packages in {a:?} and some in {b:?}");
+    let expected = "one index around all domes with [elements], whose tables are those of silicone in one medium";
+    Err(refused(design, "solids", got, expected).into())
 }
 
-/// The solids that light enters and that stand on the bottom, in the order of the design; `package`
-/// has no solids yet.
+/// What the solids of `design` stand on, and the narrow gaps between bodies of a package and between
+/// solids of the array; `package` has no solids yet.
 ///
 /// # Errors
 /// Solids that [`add`] refuses.
-pub fn on_bottom(
-    design: &Design,
-    package: Prototype,
-    bottom: &Bottom,
-) -> Result<Vec<SolidOnBottom>> {
+pub fn standing(design: &Design, package: Prototype, bottom: &Bottom) -> Result<Standing> {
     let placing = Placing::new(design, bottom);
-    let mut outline = package;
-    let own = place_solids(&placing, Per::Package, &mut outline, None)?.on_bottom;
-    let mut array = Prototype::default();
-    let once = place_solids(&placing, Per::Array, &mut array, None)?.on_bottom;
+    let (mut outline, mut array) = (package, Prototype::default());
+    let own = place_solids(&placing, Per::Package, &mut outline, None)?;
+    let once = place_solids(&placing, Per::Array, &mut array, None)?;
     let holders = enclosing_solids(design, |_| &outline, &array)?;
-    let holder = holders.first().copied().flatten();
-    let name = |region: Region, body: &Prototype, world: &str| match region {
-        Region::Body(number) => body.media[usize::from(number)].name.clone(),
-        Region::World | Region::Opaque => world.to_owned(),
-    };
-    let about_packages = holder.map_or("air", CheckedSolid::name);
-    let described =
-        |all: Vec<BottomContact<'_>>, body: &Prototype, world: &str| -> Vec<SolidOnBottom> {
-            let one = |contact: BottomContact<'_>| SolidOnBottom {
-                name: contact.solid.name().to_owned(),
-                touches: contact.parts.iter().map(|part| part.name).collect(),
-                around: name(contact.outer, body, world),
-            };
-            all.into_iter().map(one).collect()
-        };
-    let mut all = described(own, &outline, about_packages);
-    all.extend(described(once, &array, "air"));
-    all.sort_by_key(|one| design.solids.iter().position(|s| s.name() == one.name));
-    Ok(all)
-}
-
-/// Gaps between bodies of a package, and between solids of the array, that are narrower than
-/// [`NARROW_MM`]; `package` has no solids yet.
-///
-/// # Errors
-/// Solids that [`add`] refuses.
-pub fn gaps(design: &Design, package: Prototype, bottom: &Bottom) -> Result<Vec<Gap>> {
-    let placing = Placing::new(design, bottom);
-    let mut all = Vec::new();
-    let mut bodies = [(Per::Package, package), (Per::Array, Prototype::default())];
-    for (per, body) in &mut bodies {
-        let found = place_solids(&placing, *per, body, None)?.gaps;
-        let medium = |region: Region| match region {
+    let about_packages = holders.first().copied().flatten().map_or("air", CheckedSolid::name);
+    let mut all = Standing::default();
+    for (placed, body, world) in [(own, &outline, about_packages), (once, &array, "air")] {
+        let medium = |region: Region, world: &str| match region {
             Region::Body(number) => body.media[usize::from(number)].name.clone(),
-            Region::World | Region::Opaque => "air".to_owned(),
+            Region::World | Region::Opaque => world.to_owned(),
         };
         let is_film = |name: &String| {
             let mut films = design.solids.iter().filter(|solid| solid.is_film());
             films.any(|film| film.name() == name)
         };
-        all.extend(found.into_iter().map(|gap| Gap {
+        all.on_bottom.extend(placed.on_bottom.into_iter().map(|contact| SolidOnBottom {
+            name: contact.solid.name().to_owned(),
+            touches: contact.parts.iter().map(|part| part.name).collect(),
+            around: medium(contact.outer, world),
+        }));
+        all.gaps.extend(placed.gaps.into_iter().map(|gap| Gap {
             is_of_film: gap.names.iter().any(is_film),
             between: gap.names,
             width_mm: gap.width_mm,
-            of: medium(gap.outer),
+            of: medium(gap.outer, "air"),
         }));
     }
+    all.on_bottom.sort_by_key(|one| design.solids.iter().position(|s| s.name() == one.name));
     Ok(all)
 }
 
@@ -326,13 +327,8 @@ fn within_opaque(design: &Design, package: &Prototype, at: DVec3) -> anyhow::Err
     let solid = design.solids.iter().filter(opaque).find(holds);
     let stated = solid.map(CheckedSolid::place);
     let (key, got) = stated.unwrap_or_else(|| ("solids".to_owned(), "a package".to_owned()));
-    ConfigError::Value {
-        file: design.provenance.file.clone(),
-        key,
-        got,
-        expected: "a solid that holds no package, as light does not enter it".to_owned(),
-    }
-    .into()
+    let expected = "a solid that holds no package, as light does not enter it";
+    refused(design, key, got, expected).into()
 }
 
 /// Checks that sources outside a package name the medium that the package stands in.
@@ -347,13 +343,9 @@ fn sources_fit(design: &Design, holder: Option<&CheckedSolid>) -> Result<()> {
             continue;
         };
         if of_array(inside) && inside != around {
-            return Err(ConfigError::Value {
-                file: design.provenance.file.clone(),
-                key: format!("sources[{}].inside", at + 1),
-                got: format!("{inside:?}"),
-                expected: format!("{around:?}, in which packages stand"),
-            }
-            .into());
+            let (key, got) = (format!("sources[{}].inside", at + 1), format!("{inside:?}"));
+            let expected = format!("{around:?}, in which packages stand");
+            return Err(refused(design, key, got, expected).into());
         }
     }
     Ok(())
@@ -397,7 +389,7 @@ struct BottomContact<'a> {
     parts: Vec<&'a BottomPart>,
 }
 
-/// The result of [`into`].
+/// The result of [`place_solids`].
 struct PlacedSolids<'a> {
     /// Solids of the body, each with the number of others that hold it.
     depths: Vec<(&'a CheckedSolid, usize)>,
@@ -516,7 +508,7 @@ fn nested(
             || wrong.expected.to_owned(),
             |other| format!("{} {:?}", wrong.expected, own[other].name()),
         );
-        ConfigError::Value { file: design.provenance.file.clone(), key, got, expected }
+        refused(design, key, got, expected)
     })?;
     Ok((objects, nest))
 }
@@ -547,15 +539,10 @@ fn drawn_in(design: &Design, solid: &CheckedSolid, inset_mm: f64) -> Result<Shap
     };
     shape.map_err(|error| {
         let (key, got) = solid.size();
-        ConfigError::Value {
-            file: design.provenance.file.clone(),
-            key,
-            got,
-            expected: format!(
-                "a solid thicker than twice {inset_mm:.1e} mm, by which its faces are drawn in: {error}"
-            ),
-        }
-        .into()
+        let expected = format!(
+            "a solid thicker than twice {inset_mm:.1e} mm, by which its faces are drawn in: {error}"
+        );
+        refused(design, key, got, expected).into()
     })
 }
 
@@ -600,16 +587,11 @@ fn touched<'a>(
     });
     let Some(first) = first else {
         let names: Vec<&str> = bottom.outside.iter().map(|part| part.name).collect();
-        return Err(ConfigError::Value {
-            file: placing.design.provenance.file.clone(),
-            key: format!("{}.optical_contact", solid.table),
-            got: solid.stated.shared.optical_contact.shown(),
-            expected: format!(
-                "a solid that stands on one part of the bottom ({}), the same in every package, or with per = \"array\" a box along x and y",
-                names.join(", ")
-            ),
-        }
-        .into());
+        let expected = format!(
+            "a solid that stands on one part of the bottom ({}), the same in every package, or with per = \"array\" a box along x and y",
+            names.join(", ")
+        );
+        return Err(contact_refused(placing, solid, expected).into());
     };
     let part = |(number, stretch)| (&bottom.outside[number], stretch);
     Ok(first.into_iter().map(part).collect())

@@ -66,7 +66,7 @@ impl<'a> SpectralJob<'a> {
     ///
     /// # Errors
     /// Lights whose wavelengths follow from what has been traced at others; too many wavelengths.
-    pub fn plans(self) -> Result<Vec<TracePlan<'static>>> {
+    pub fn plans(self) -> Result<Vec<TracePlan>> {
         self.check()?;
         let sweep = Sweep::new(self);
         if !sweep.disperses()? {
@@ -87,7 +87,7 @@ impl<'a> SpectralJob<'a> {
     ///
     /// # Errors
     /// Too many wavelengths.
-    pub fn shares(self) -> Result<Vec<(TracePlan<'static>, f64)>> {
+    pub fn shares(self) -> Result<Vec<(TracePlan, f64)>> {
         let sweep = Sweep::new(self);
         let rule = rule::rule(self.lights, COUNTS[COUNTS.len() - 1], false);
         sweep.fits(&rule, false)?;
@@ -195,6 +195,11 @@ impl SpectralTrace<'_> {
         };
         nodes.map(of).collect()
     }
+
+    /// Share of the flux, design and dome of every node.
+    pub(super) fn surfaces(&self) -> Vec<WavelengthScene<'_>> {
+        self.rule.iter().map(|node| self.sweep.surface(node)).collect()
+    }
 }
 
 /// Changes of figures by the last wavelengths, by key.
@@ -245,14 +250,6 @@ impl WavelengthErrors {
                 entry.wavelength_error = error.map(|error| error.times(factor));
             }
         }
-    }
-}
-
-impl SpectralTrace<'_> {
-    /// Share of the flux, design and dome of every node.
-    pub(super) fn surfaces(&self) -> Vec<WavelengthScene<'_>> {
-        let nodes = self.rule.iter();
-        nodes.map(|node| self.sweep.surface(node)).collect()
     }
 }
 

@@ -9,6 +9,7 @@
 
 mod matrices;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -88,15 +89,17 @@ impl DesignTables {
 /// stopped before their tables are.
 const SEARCHED_TOGETHER: usize = 8;
 
-/// One ring to be solved, with everything its table depends on.
+/// A ring whose table is needed, with everything that it depends on.
 #[derive(Debug, Clone)]
-struct RingProblem<'a> {
-    key: Key,
+pub struct Ring {
+    /// Key of its table in the cache.
+    pub key: Key,
+    /// Design and number, for people.
+    pub label: String,
     cell: Cell,
     /// The grid of incidence, or the one to begin with.
     grid: Grid,
-    hybrid: &'a Hybrid,
-    label: String,
+    hybrid: Hybrid,
 }
 
 /// A resolution found for a tolerance.
@@ -115,22 +118,23 @@ struct Solved {
     kx_error: Option<f64>,
 }
 
-impl<'a> RingProblem<'a> {
-    fn of_ring(ring: &'a Ring) -> Self {
-        Self::new(&ring.design, &ring.design.hybrid, ring.cell.clone())
+impl Ring {
+    /// The rings of all bands of `design`, or of the band `only` (from 1).
+    pub fn of_design(design: &Design, only: Option<usize>) -> Vec<Self> {
+        rings(design, only).into_iter().flatten().flatten().collect()
     }
 
-    fn new(design: &Design, hybrid: &'a Hybrid, cell: Cell) -> Self {
-        let grid = grid(design, &cell, first_ky(hybrid.tolerance));
-        let mut problem = Self {
+    fn new(design: &Design, cell: Cell) -> Self {
+        let hybrid = design.hybrid.clone();
+        let mut ring = Self {
             key: Key::of(&Value::Null),
             label: format!("{}, ring {}", design.name, cell.ring),
+            grid: grid(design, &cell, first_ky(hybrid.tolerance)),
             cell,
-            grid,
             hybrid,
         };
-        problem.key = problem.key();
-        problem
+        ring.key = ring.key();
+        ring
     }
 
     /// The key of the table: everything that it depends on, by name.
@@ -296,6 +300,17 @@ impl<'a> RingProblem<'a> {
         self.fits(bytes, &directions, resolution)?;
         matrices::add(table, &self.interface()?, resolution, context)
     }
+
+    /// Complex multiply-adds of the table at the resolution that it may be expected to take.
+    pub fn operations(&self) -> f64 {
+        let counted = self.interface().map(|interface| {
+            let resolution = expected_resolution(self, &interface);
+            let directions = directions(&self.grid);
+            resolution.map(|at| cost_model::operations(&interface, &directions, &at).total())
+        });
+        // A relief that cannot be solved is refused when it is solved.
+        counted.and_then(|operations| operations).unwrap_or(0.0)
+    }
 }
 
 /// The solver's view of `cell` at `wavelength_um`: silicone on top, air below.
@@ -367,60 +382,15 @@ fn side(side: rcwa::Side) -> bsdf::Side {
     }
 }
 
-/// A ring whose table a job needs.
-#[derive(Debug, Clone)]
-pub struct Ring {
-    /// Key of its table in the cache.
-    pub key: Key,
-    /// Design and number, for people.
-    pub label: String,
-    design: Arc<Design>,
-    cell: Cell,
-}
-
-impl Ring {
-    /// The rings of all bands of `design`, or of the band `only` (from 1).
-    pub fn of_design(design: &Design, only: Option<usize>) -> Vec<Self> {
-        let at_tables = design.at_tables().into_iter();
-        let rings = at_tables.flat_map(|at| {
-            let shared = Arc::new(at.into_owned());
-            let rings: Vec<Self> = bands(&shared, &design.hybrid, only)
-                .into_iter()
-                .flatten()
-                .map(|RingProblem { key, label, cell, .. }| Self {
-                    key,
-                    label,
-                    design: Arc::clone(&shared),
-                    cell,
-                })
-                .collect();
-            rings
-        });
-        rings.collect()
-    }
-
-    /// Complex multiply-adds of the table at the resolution that it may be expected to take.
-    pub fn operations(&self) -> f64 {
-        let problem = RingProblem::of_ring(self);
-        let counted = problem.interface().map(|interface| {
-            let resolution = expected_resolution(&problem, &interface);
-            let directions = directions(&problem.grid);
-            resolution.map(|at| cost_model::operations(&interface, &directions, &at).total())
-        });
-        // A relief that cannot be solved is refused when it is solved.
-        counted.and_then(|operations| operations).unwrap_or(0.0)
-    }
-}
-
 /// The resolution that a ring may be expected to take: orders that propagate and those beyond, and
 /// slices, by the root of the height in half wavelengths. Found orders differ by a tenth, found
 /// slices by a third.
-fn expected_resolution(problem: &RingProblem, interface: &Interface) -> Result<Resolution> {
+fn expected_resolution(ring: &Ring, interface: &Interface) -> Result<Resolution> {
     let index = interface.n_top.re.max(interface.n_bottom.re);
-    let waves = index / problem.grid.wavelength;
-    let height = (2.0 * waves * problem.cell.depth_um).sqrt();
-    let finer = (1e-3 / problem.hybrid.tolerance).powf(0.12);
-    let orders = waves * problem.cell.period_um + 3.0 + 1.2 * height * finer;
+    let waves = index / ring.grid.wavelength;
+    let height = (2.0 * waves * ring.cell.depth_um).sqrt();
+    let finer = (1e-3 / ring.hybrid.tolerance).powf(0.12);
+    let orders = waves * ring.cell.period_um + 3.0 + 1.2 * height * finer;
     let slices = (6.0 * height * finer).ceil().max(1.0);
     Ok(Resolution {
         truncation: Truncation::new(orders as usize)?,
@@ -433,17 +403,14 @@ fn expected_resolution(problem: &RingProblem, interface: &Interface) -> Result<R
 /// # Errors
 /// Errors of the solver and of the cache; an interrupt.
 pub fn solve_rings(rings: &[&Ring], cache: &Cache, context: RunContext) -> Result<()> {
-    let rings = rings.iter();
-    let problems: Vec<RingProblem> = rings.map(|ring| RingProblem::of_ring(ring)).collect();
-    let distinct = problems.iter().map(|ring| (&ring.key, ring)).collect();
+    let distinct = rings.iter().map(|ring| (&ring.key, *ring)).collect();
     let (_, missing) = look_up(distinct, Some(cache), context);
     solve_missing(missing, Some(cache), context).map(drop)
 }
 
 /// Names in the cache of all tables that `design` needs, from the axis.
 pub fn keys(design: &Design) -> Vec<Key> {
-    let rings = problems(design, None).into_iter().flatten().flatten();
-    rings.map(|ring| ring.key).collect()
+    Ring::of_design(design, None).into_iter().map(|ring| ring.key).collect()
 }
 
 /// The tables of all `designs`, in order. Those that the cache lacks are solved and stored at once,
@@ -458,20 +425,17 @@ pub fn tables(
     only: Option<usize>,
     context: RunContext,
 ) -> Result<Vec<DesignTables>> {
-    let designs: Vec<Problems<'_>> = designs.iter().map(|design| problems(design, only)).collect();
+    let designs: Vec<Rings> = designs.iter().map(|design| rings(design, only)).collect();
     let all = designs.iter().flatten().flatten().flatten();
-    let distinct: BTreeMap<&Key, &RingProblem> = all.map(|ring| (&ring.key, ring)).collect();
+    let distinct: BTreeMap<&Key, &Ring> = all.map(|ring| (&ring.key, ring)).collect();
     let (mut ready, missing) = look_up(distinct, cache, context);
     ready.extend(solve_missing(missing, cache, context)?);
-    designs.into_iter().map(|problems| of_problems(problems, &ready)).collect()
+    designs.into_iter().map(|rings| of_rings(rings, &ready)).collect()
 }
 
 /// The tables of a design out of those that are ready.
-fn of_problems(
-    problems: Problems<'_>,
-    ready: &BTreeMap<Key, Arc<OrderTable>>,
-) -> Result<DesignTables> {
-    let table = |ring: RingProblem| {
+fn of_rings(rings: Rings, ready: &BTreeMap<Key, Arc<OrderTable>>) -> Result<DesignTables> {
+    let table = |ring: Ring| {
         let table = ready.get(&ring.key).map(Arc::clone);
         Ok(BandTable {
             table: table.ok_or_else(|| anyhow!("no table for {}", ring.label))?,
@@ -479,7 +443,7 @@ fn of_problems(
             cell: ring.cell,
         })
     };
-    let mut wavelengths = problems.into_iter().map(|bands| {
+    let mut wavelengths = rings.into_iter().map(|bands| {
         let bands = bands.into_iter().map(|ring| ring.map(table).transpose());
         bands.collect::<Result<Vec<_>>>()
     });
@@ -513,9 +477,9 @@ impl HeldTables {
         cache: Option<&Cache>,
         context: RunContext,
     ) -> Result<DesignTables> {
-        let problems = problems(design, None);
-        let rings = problems.iter().flatten().flatten().map(|ring| (&ring.key, ring));
-        let needed: BTreeMap<&Key, &RingProblem> = rings.collect();
+        let rings = rings(design, None);
+        let all = rings.iter().flatten().flatten().map(|ring| (&ring.key, ring));
+        let needed: BTreeMap<&Key, &Ring> = all.collect();
         if self.held.len() > self.max_held {
             self.held.retain(|key, _| needed.contains_key(key));
         }
@@ -525,41 +489,35 @@ impl HeldTables {
         self.solved += missing.len();
         self.held.extend(ready);
         self.held.extend(solve_missing(missing, cache, context)?);
-        of_problems(problems, &self.held)
+        of_rings(rings, &self.held)
     }
 }
 
-/// The rings of the bands of a design that are to be solved, by wavelength.
-type Problems<'a> = Vec<Vec<Option<RingProblem<'a>>>>;
+/// The rings of the bands of a design that are to be solved, by wavelength; `None` for a smooth band
+/// and one whose BSDF a file gives.
+type Rings = Vec<Vec<Option<Ring>>>;
 
-fn problems(design: &Design, only: Option<usize>) -> Problems<'_> {
-    let at_tables = design.at_tables().into_iter();
-    at_tables.map(|at| bands(&at, &design.hybrid, only)).collect()
-}
-
-/// The rings at one wavelength; `None` for a smooth band and one whose BSDF a file gives.
-fn bands<'a>(
-    design: &Design,
-    hybrid: &'a Hybrid,
-    only: Option<usize>,
-) -> Vec<Option<RingProblem<'a>>> {
-    let cells = band_cells(design).into_iter().enumerate();
-    let ring = |(band, cell): (usize, Option<Cell>)| {
+fn rings(design: &Design, only: Option<usize>) -> Rings {
+    let of_band = |design: &Design, (band, cell): (usize, Option<Cell>)| {
         let wanted = match only {
             Some(only) => only == band + 1,
             None => !design.files.covers(band),
         };
-        cell.filter(|_| wanted).map(|c| RingProblem::new(design, hybrid, c))
+        cell.filter(|_| wanted).map(|cell| Ring::new(design, cell))
     };
-    cells.map(ring).collect()
+    let at = |design: Cow<'_, Design>| -> Vec<Option<Ring>> {
+        let cells = band_cells(&design).into_iter().enumerate();
+        cells.map(|cell| of_band(&design, cell)).collect()
+    };
+    design.at_tables().into_iter().map(at).collect()
 }
 
 /// Tables that the cache holds, and the rings that it lacks.
 fn look_up<'a>(
-    rings: BTreeMap<&Key, &'a RingProblem<'a>>,
+    rings: BTreeMap<&Key, &'a Ring>,
     cache: Option<&Cache>,
     context: RunContext,
-) -> (BTreeMap<Key, Arc<OrderTable>>, Vec<&'a RingProblem<'a>>) {
+) -> (BTreeMap<Key, Arc<OrderTable>>, Vec<&'a Ring>) {
     let (mut ready, mut missing) = (BTreeMap::new(), Vec::new());
     for (key, ring) in rings {
         match cache.map_or(CacheEntry::Nothing, |c| c.find(key)) {
@@ -579,24 +537,24 @@ fn look_up<'a>(
 /// Solves the rings, the largest first, and stores each in the cache. Where a job is merged there
 /// may be none.
 fn solve_missing(
-    mut rings: Vec<&RingProblem>,
+    mut rings: Vec<&Ring>,
     cache: Option<&Cache>,
     context: RunContext,
 ) -> Result<Vec<(Key, Arc<OrderTable>)>> {
     if let Some(ring) = rings.first().filter(|_| context.is_merging()) {
         bail!("expected the table of {} in the cache", ring.label);
     }
-    let cost = |ring: &RingProblem| cost(&ring.cell);
+    let cost = |ring: &Ring| cost(&ring.cell);
     rings.sort_by(|a, b| cost(b).total_cmp(&cost(a)));
     let all = rings.iter().map(|ring| cost(ring) as u64).sum();
     let bar = context.console.progress(all, "tables of orders");
-    let search_part = |ring: &RingProblem| (0.25 * cost(ring)) as u64;
-    let converge = |ring: &&RingProblem| -> Result<Converged> {
+    let search_part = |ring: &Ring| (0.25 * cost(ring)) as u64;
+    let converge = |ring: &&Ring| -> Result<Converged> {
         let converged = ring.resolve(context);
         bar.inc(search_part(ring));
         converged.with_context(|| format!("orders and slices of {}", ring.label))
     };
-    let solve = |ring: &RingProblem, converged: &Converged| -> Result<(Key, Arc<OrderTable>)> {
+    let solve = |ring: &Ring, converged: &Converged| -> Result<(Key, Arc<OrderTable>)> {
         let table = ring.solve(converged, context);
         let table = table.with_context(|| format!("table of {}", ring.label))?;
         if let Some(cache) = cache {
@@ -607,7 +565,7 @@ fn solve_missing(
     };
     // A search uses few ky, so rings are searched side by side. A table has many, which keep all
     // threads busy: one table after another, so that each is stored as soon as it can be.
-    let together = |rings: &[&RingProblem]| -> Result<Vec<_>> {
+    let together = |rings: &[&Ring]| -> Result<Vec<_>> {
         let converged: Vec<Converged> = rings.par_iter().map(converge).collect::<Result<_>>()?;
         rings.iter().zip(&converged).map(|(ring, found)| solve(ring, found)).collect()
     };
@@ -681,7 +639,7 @@ mod tests {
             let keys: Vec<Key> = band_cells(&design)
                 .into_iter()
                 .flatten()
-                .map(|c| RingProblem::new(&design, &design.hybrid, c).key)
+                .map(|cell| Ring::new(&design, cell).key)
                 .collect();
             keys
         };

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A trace before it begins: the design, what stands on its dome, paths and seed.
 
-use std::borrow::Cow;
 use std::ops::Range;
 
 use anyhow::{Context, Result};
@@ -28,11 +27,27 @@ pub enum DomeChoice {
     Element(usize),
 }
 
+impl DomeChoice {
+    /// The surface of the dome of `design`; the hybrid needs `tables`.
+    ///
+    /// # Errors
+    /// A dome that the design does not have.
+    pub fn surface(self, design: &Design, tables: Option<&DesignTables>) -> Result<DomeSurface> {
+        match self {
+            Self::Model(model) => dome_surface(design, model, tables),
+            Self::Element(element) => {
+                let base = design.base().with_context(|| format!("{} has no dome", design.name))?;
+                Ok(DomeSurface::Only(Meridian::stepped(base, &design.elements)?, element))
+            }
+        }
+    }
+}
+
 /// A trace that is to be made; its pieces are groups of paths.
 #[derive(Debug, Clone)]
-pub struct TracePlan<'a> {
+pub struct TracePlan {
     /// The design.
-    pub design: Cow<'a, Design>,
+    pub design: Design,
     /// Surface of its dome.
     pub dome: DomeChoice,
     /// Number of paths.
@@ -43,26 +58,15 @@ pub struct TracePlan<'a> {
     pub seed: u64,
 }
 
-impl<'a> TracePlan<'a> {
+impl TracePlan {
     /// The trace of `design` in `model` with its own number of paths.
-    pub fn of_model(design: &'a Design, model: Model, seed: u64) -> Self {
+    pub fn of_model(design: &Design, model: Model, seed: u64) -> Self {
         Self {
-            design: Cow::Borrowed(design),
+            design: design.clone(),
             dome: DomeChoice::Model(model),
             paths: design.trace.paths,
             what: format!("{} {}", design.name, model.key(design)),
             seed,
-        }
-    }
-
-    /// The same with a design of its own.
-    pub fn into_owned(self) -> TracePlan<'static> {
-        TracePlan {
-            design: Cow::Owned(self.design.into_owned()),
-            dome: self.dome,
-            paths: self.paths,
-            what: self.what,
-            seed: self.seed,
         }
     }
 
@@ -71,17 +75,7 @@ impl<'a> TracePlan<'a> {
     /// # Errors
     /// A dome that the design does not have.
     pub fn surface(&self, tables: Option<&DesignTables>) -> Result<DomeSurface> {
-        match self.dome {
-            DomeChoice::Model(model) => dome_surface(&self.design, model, tables),
-            DomeChoice::Element(element) => self.element(element),
-        }
-    }
-
-    fn element(&self, element: usize) -> Result<DomeSurface> {
-        let base = self.design.base();
-        let base = base.with_context(|| format!("{} has no dome", self.design.name))?;
-        let meridian = Meridian::stepped(base, &self.design.elements)?;
-        Ok(DomeSurface::Only(meridian, element))
+        self.dome.surface(&self.design, tables)
     }
 
     /// The trace with `surface` on the dome.
@@ -105,7 +99,7 @@ impl<'a> TracePlan<'a> {
     }
 }
 
-impl Task for TracePlan<'static> {
+impl Task for TracePlan {
     fn label(&self) -> &str {
         &self.what
     }
@@ -126,7 +120,7 @@ impl Task for TracePlan<'static> {
     fn missing(&self, _: &Cache, context: RunContext) -> Result<Vec<u64>> {
         let surface = match self.dome {
             DomeChoice::Model(model) => without_tables(&self.design, model)?,
-            DomeChoice::Element(element) => self.element(element)?,
+            DomeChoice::Element(_) => self.surface(None)?,
         };
         let fields = self.job(&surface).key_fields(self.seed);
         let groups = context.checkpoints.map(|all| all.entries(Key::of(&fields)));

@@ -19,7 +19,7 @@ use simulate::cells::band_cells;
 use simulate::description::description;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
-use simulate::scene::Standing;
+use simulate::solids::Standing;
 use simulate::warnings::warnings;
 use simulate::{scene, scene_check};
 

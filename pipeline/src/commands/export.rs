@@ -325,7 +325,7 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
     let cache = cache(arguments.cache.as_deref(), &arguments.out);
     let surface = |plan: &TracePlan| {
         let tables = match model {
-            Model::Hybrid => Some(solve(&[&*plan.design], Some(&cache), None, context)?.remove(0)),
+            Model::Hybrid => Some(solve(&[&plan.design], Some(&cache), None, context)?.remove(0)),
             _ => None,
         };
         plan.surface(tables.as_ref())
@@ -387,7 +387,7 @@ fn rays(
         Some(lights) => {
             SpectralJob { design, lights, model, cache: Some(cache), context }.shares()?
         }
-        None => vec![(TracePlan::of_model(design, model, context.seed).into_owned(), 1.0)],
+        None => vec![(TracePlan::of_model(design, model, context.seed), 1.0)],
     };
     let wavelength = common_wavelength(&traces);
     ensure!(

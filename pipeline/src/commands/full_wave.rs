@@ -8,9 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
 use full_wave::{Cost, Resolution};
 use rcwa::guard::free_bytes;
-use section::compare::{
-    FINE_DEG, Request, SourceRequest, WIDTHS_DEG, body, compare, cost, figures,
-};
+use section::compare::{FINE_DEG, Request, SourceRequest, WIDTHS_DEG, body, compare, figures};
 use section::dome::{Base, Section};
 use section::separate::{BIN_DEG as SEPARATE_DEG, Separated, Variant, separate};
 use serde_json::{Value, json};
@@ -207,7 +205,7 @@ fn scaled_section(
     // Unknowns grow with the rings; the last number that fits is found by halving.
     let fits = |rings: usize| {
         let section = make(rings).ok()?;
-        let size = cost(&section, resolution).ok()?;
+        let size = body(&section, resolution).ok()?.cost();
         (seconds(&size) <= DEFAULT_SECONDS).then_some(section)
     };
     let (mut low, mut high) = (0, all + 1);
@@ -221,7 +219,7 @@ fn scaled_section(
     }
     match found {
         Some(section) => Ok(section),
-        None => make(1).and_then(|section| cost(&section, resolution).map(|_| section)),
+        None => make(1).and_then(|section| body(&section, resolution).map(|_| section)),
     }
 }
 

@@ -73,7 +73,7 @@ impl Shardable for ReproduceArgs {
         let designs = compared.iter().chain(&references);
         let plans = designs.flat_map(|design| {
             let models = Model::all_of(design).into_iter();
-            models.map(|model| TracePlan::of_model(design, model, seed).into_owned())
+            models.map(|model| TracePlan::of_model(design, model, seed))
         });
         let plans = plans.chain(paper_figures::plans(&compared, seed));
         let tasks = plans.map(|plan| Box::new(plan) as Box<dyn Task>);

@@ -285,7 +285,7 @@ impl Objective {
             (at_least.is_some() != at_most.is_some()).then_some(at_least.is_some())
         });
         let registered =
-            || figures::find(&registered(key)).and_then(|figure| figure.larger_is_better());
+            || figures::find(&registered(key)).and_then(|figure| figure.larger_is_better);
         of_term.or(of_constraint).or_else(registered)
     }
 

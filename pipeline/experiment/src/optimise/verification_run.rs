@@ -51,7 +51,7 @@ impl VerificationRun {
     ///
     /// # Errors
     /// Wavelengths that follow from what has been traced.
-    pub fn plans(&self, context: RunContext) -> Result<Vec<TracePlan<'static>>> {
+    pub fn plans(&self, context: RunContext) -> Result<Vec<TracePlan>> {
         let lights = self.design.all_lights();
         let run = Run {
             design: &self.design,

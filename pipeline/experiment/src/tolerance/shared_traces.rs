@@ -10,7 +10,7 @@ use anyhow::Result;
 use design::Design;
 use files::cache::Cache;
 use files::run_context::RunContext;
-use simulate::job::{TableCost, Task};
+use simulate::job::{Cost, Task};
 use simulate::model::Model;
 use simulate::tables::Ring;
 
@@ -37,7 +37,7 @@ pub fn shared_traces(analysis: ToleranceAnalysis, seed: u64) -> Result<Vec<Share
     let of_sample = first.map_or_else(Vec::new, |design| rings(&analysis, &design));
     let is_shared = |ring: &Ring| nominal.iter().any(|other| other.key == ring.key);
     let (shared, own): (Vec<&Ring>, Vec<&Ring>) = of_sample.iter().partition(|r| is_shared(r));
-    let own = TableCost::from_rings(own);
+    let own = Cost::of_tables(own);
     let analysis = Arc::new(analysis);
     let traces = |numbers, needs_tables, own_tables| SharedTraces {
         analysis: Arc::clone(&analysis),
@@ -47,7 +47,7 @@ pub fn shared_traces(analysis: ToleranceAnalysis, seed: u64) -> Result<Vec<Share
         own_tables,
     };
     Ok(vec![
-        traces(of_design, !nominal.is_empty(), TableCost::default()),
+        traces(of_design, !nominal.is_empty(), Cost::default()),
         traces(of_samples, !shared.is_empty(), own),
     ])
 }
@@ -82,7 +82,7 @@ pub struct SharedTraces {
     /// True where they need tables of the design without deviations.
     needs_tables: bool,
     /// Tables that each of them needs beside these.
-    own_tables: TableCost,
+    own_tables: Cost,
 }
 
 impl Task for SharedTraces {
@@ -102,7 +102,7 @@ impl Task for SharedTraces {
         self.needs_tables.then_some(&self.analysis.design)
     }
 
-    fn own_tables(&self) -> TableCost {
+    fn own_tables(&self) -> Cost {
         self.own_tables
     }
 

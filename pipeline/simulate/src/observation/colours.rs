@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use design::Design;
 use metrics::Grouped;
-use metrics::colour_regions::{CellParts, Directions};
+use metrics::colour_regions::{self, Directions};
 use metrics::uniformity_forms::nine_points;
 
 use super::{Observation, layout, plane_grid, sphere};
@@ -141,7 +141,7 @@ impl ColourArrays {
 struct RegionReader<'a> {
     design: &'a Design,
     layout: metrics::layout::Layout,
-    parts: Option<CellParts>,
+    parts: Option<colour_regions::Parts>,
     directions: Directions,
 }
 
@@ -151,7 +151,7 @@ type Values = [Vec<f64>; 6];
 impl<'a> RegionReader<'a> {
     fn new(design: &'a Design) -> Self {
         let layout = layout(design);
-        let parts = CellParts::new(plane_grid(design), &layout);
+        let parts = colour_regions::Parts::of_cell(plane_grid(design), &layout);
         Self { design, parts, directions: Directions::new(sphere(design)), layout }
     }
 
@@ -160,7 +160,7 @@ impl<'a> RegionReader<'a> {
         let spot_mm = self.design.receiver.spot_mm;
         let points = nine_points(seen.grid, &self.layout, spot_mm, map).unwrap_or_default();
         let parts = self.parts.as_ref().map_or_else(Vec::new, |parts| parts.sums(map));
-        let directions = self.directions.sums(seen.far_field.group(group));
+        let directions = self.directions.parts.sums(seen.far_field.group(group));
         let receivers = self.design.receivers.iter().zip(&seen.receivers);
         let receivers = receivers.map(|(receiver, bins)| {
             bins.group(group)[..receiver.detector.places()].iter().sum::<f64>()

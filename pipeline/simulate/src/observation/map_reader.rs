@@ -10,7 +10,7 @@ use design::Design;
 use design::schema::Zero;
 use metrics::figures::{self, PAPERS_MAP, UNIFORMITY_DIAGONAL};
 use metrics::illuminance::{coarser, smallest};
-use metrics::uniformity::{MapReading, Places, above_smallest};
+use metrics::uniformity::{MapReading, above_smallest};
 use metrics::uniformity_forms::{Regions, Uniformity};
 use metrics::{Estimate, Grouped};
 use results::figure_entry::FigureEntry;
@@ -100,14 +100,13 @@ impl Reader for MapReader {
             [u.straight, u.diagonal, u.valley_to_peak]
         });
         // A zero that is not darkness moves neither valley nor peak.
-        let places = self.reading.places(map.total());
+        let places = self.reading.places_mm(map.total());
         let papers = papers.into_iter().zip(PAPERS_MAP).filter(|_| self.has_valley());
         let papers = papers.map(|(estimate, figure)| {
-            let is_diagonal = figure == UNIFORMITY_DIAGONAL;
-            let valley = |at: Places| if is_diagonal { at.diagonal_mm } else { at.straight_mm };
+            let valley = usize::from(figure == UNIFORMITY_DIAGONAL);
             FigureEntry {
-                valley_at_mm: places.map(|at| valley(at).map(rounded_mm)),
-                peak_at_mm: places.map(|at| at.peak_mm.map(rounded_mm)),
+                valley_at_mm: places.map(|at| at[valley].map(rounded_mm)),
+                peak_at_mm: places.map(|at| at[2].map(rounded_mm)),
                 ..FigureEntry::new(estimate)
             }
         });

@@ -15,6 +15,7 @@ use super::Observation;
 use crate::units::Units;
 
 /// A figure that a reader reads per watt emitted, and the factor to its unit.
+#[derive(Clone)]
 pub(super) struct Column {
     pub figure: NamedFigure,
     pub factor: f64,

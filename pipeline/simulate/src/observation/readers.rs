@@ -14,7 +14,7 @@ use metrics::extraction::{self, flow};
 use metrics::far_field::{FarFieldReading, PeakPlace};
 use metrics::figures::{
     BY_ANGLE, Definition, ESCAPED_DOWN, ESCAPED_UP, EXTRACTION, FAR_FIELD, FLUX_DOWN, FLUX_UP,
-    ILLUMINANCE, NamedFigure, OF_RECEIVER, Source,
+    ILLUMINANCE, OF_RECEIVER, Source,
 };
 use metrics::illuminance::Grid;
 use metrics::layout::Layout;
@@ -60,10 +60,16 @@ pub(super) fn readers<'a>(
     }
     if any(Source::Ledger) || seen.accounts.iter().any(|account| wanted(account)) {
         let accounts = &seen.accounts;
-        all.push(Box::new(LedgerReader { accounts, design }));
+        let share = |account: &str| Definition::of_account(account).map(Column::plain);
+        all.push(Box::new(LedgerReader::new(design, accounts, false, share)));
         if design.emitted.is_some() {
+            let flux = |account: &str| {
+                let all = [(ESCAPED_UP, FLUX_UP), (ESCAPED_DOWN, FLUX_DOWN)];
+                let (_, flux) = all.into_iter().find(|(end, _)| end.key == account)?;
+                Some(Column::new(flux, flux.unit, &units))
+            };
             let is_luminous = seen.luminous.is_some();
-            all.push(Box::new(FluxReader { accounts, design, units, is_luminous }));
+            all.push(Box::new(LedgerReader::new(design, accounts, is_luminous, flux)));
         }
     }
     if any(Source::Illuminance) && design.emitted.is_some() {
@@ -170,69 +176,47 @@ impl Reader for DomeReader {
     }
 }
 
-/// Shares of the ledger's ends of light.
+/// Shares of the ledger's ends of light, or flux upwards and downwards, W or lm.
 struct LedgerReader<'a> {
-    accounts: &'a [String],
     design: &'a Design,
+    /// Position and name of accounts, and what they are read as.
+    ends: Vec<(usize, &'a str, Column)>,
+    /// True where the lumens of the accounts are read, which are of 1 W emitted.
+    is_luminous: bool,
 }
 
-impl LedgerReader<'_> {
-    /// Position and figure of every share.
-    fn shares(&self) -> Vec<(usize, NamedFigure)> {
-        let all = self.accounts.iter().enumerate();
-        all.filter_map(|(k, account)| Some((k, Definition::of_account(account)?))).collect()
+impl<'a> LedgerReader<'a> {
+    /// Those of `accounts` that `column` makes a figure of.
+    fn new(
+        design: &'a Design,
+        accounts: &'a [String],
+        is_luminous: bool,
+        column: impl Fn(&str) -> Option<Column>,
+    ) -> Self {
+        let all = accounts.iter().enumerate();
+        let ends = all.filter_map(|(k, account)| Some((k, account.as_str(), column(account)?)));
+        Self { design, ends: ends.collect(), is_luminous }
     }
 }
 
 impl Reader for LedgerReader<'_> {
     fn columns(&self) -> Vec<Column> {
-        self.shares().into_iter().map(|(_, figure)| Column::plain(figure)).collect()
+        self.ends.iter().map(|(.., column)| column.clone()).collect()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
-        Some(Cow::Borrowed(&seen.powers))
-    }
-
-    fn values(&self, powers: &[f64]) -> Vec<f64> {
-        let shares = self.shares();
-        shares.iter().map(|(k, _)| powers[*k] / powers[flow::EMITTED]).collect()
-    }
-
-    fn one_path(&self, power: f64) -> Vec<f64> {
-        let shares = self.shares().into_iter();
-        shares.map(|(_, figure)| of_one_path(self.design, &figure.key, power)).collect()
-    }
-}
-
-/// Flux upwards and downwards, W or lm.
-struct FluxReader<'a> {
-    accounts: &'a [String],
-    design: &'a Design,
-    units: Units,
-    /// True where the lumens of the accounts are read, which are of 1 W emitted.
-    is_luminous: bool,
-}
-
-impl Reader for FluxReader<'_> {
-    fn columns(&self) -> Vec<Column> {
-        [FLUX_UP, FLUX_DOWN].map(|figure| Column::new(figure, figure.unit, &self.units)).into()
-    }
-
-    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
-        Some(Cow::Borrowed(seen.luminous.as_ref().unwrap_or(&seen.powers)))
+        let luminous = seen.luminous.as_ref().filter(|_| self.is_luminous);
+        Some(Cow::Borrowed(luminous.unwrap_or(&seen.powers)))
     }
 
     fn values(&self, sums: &[f64]) -> Vec<f64> {
         let emitted = if self.is_luminous { 1.0 } else { sums[flow::EMITTED] };
-        let ends = [ESCAPED_UP, ESCAPED_DOWN].map(|figure| {
-            let account = self.accounts.iter().position(|account| account == figure.key);
-            account.map_or(f64::NAN, |k| sums[k] / emitted)
-        });
-        ends.into()
+        self.ends.iter().map(|(k, ..)| sums[*k] / emitted).collect()
     }
 
     fn one_path(&self, power: f64) -> Vec<f64> {
-        [ESCAPED_UP, ESCAPED_DOWN].map(|end| of_one_path(self.design, end.key, power)).into()
+        let ends = self.ends.iter();
+        ends.map(|(_, account, _)| of_one_path(self.design, account, power)).collect()
     }
 }
 

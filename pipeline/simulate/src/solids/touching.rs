@@ -14,8 +14,8 @@ use design::ConfigError;
 use design::resolved::solids::CheckedSolid;
 use metrics::digits::shortest;
 
-use super::Placing;
 use super::nesting::{NestedObject, Nesting, lines};
+use super::{Placing, contact_refused};
 
 /// Distance of faces that count as touching, mm: far below the wavelength.
 const TOUCHING_MM: f64 = 1e-5;
@@ -120,16 +120,12 @@ fn apart(
     let gap = gap_mm.map_or("they stand apart".to_owned(), |gap| {
         format!("a gap of {} mm lies between them", shortest(gap))
     });
-    ConfigError::Value {
-        file: placing.design.provenance.file.clone(),
-        key: format!("{}.optical_contact", solid.table),
-        got: solid.stated.shared.optical_contact.shown(),
-        expected: format!(
-            "solids that {:?} touches or overlaps, and {gap}: let it reach into {:?}, which displaces it there",
-            solid.name(),
-            named.name()
-        ),
-    }
+    let expected = format!(
+        "solids that {:?} touches or overlaps, and {gap}: let it reach into {:?}, which displaces it there",
+        solid.name(),
+        named.name()
+    );
+    contact_refused(placing, solid, expected)
 }
 
 /// Points of the surface of a closed shape with their outward normals.

@@ -25,7 +25,7 @@ use super::rule::{Node, Rule};
 use crate::dome_surface::dome_surface;
 use crate::model::Model;
 use crate::observation::colours::{ColourArrays, Colours};
-use crate::observation::{Observation, is_one, plane_grid, sphere};
+use crate::observation::{Observation, bins, is_one, plane_grid};
 use crate::paths_3d::WavelengthScene;
 use crate::scene::DomeSurface;
 use crate::seeds;
@@ -123,10 +123,8 @@ impl<'a> Sweep<'a> {
     pub(super) fn fits(&self, rule: &Rule, compared: bool) -> Result<()> {
         let file = &self.job.design.provenance.file;
         let count = rule.len();
-        let (grid, sphere) = (plane_grid(self.job.design), sphere(self.job.design));
-        let others = self.job.design.receivers.iter().map(|r| r.detector.bins());
+        let (grid, bins) = (plane_grid(self.job.design), bins(self.job.design));
         let map = grid.columns * grid.rows;
-        let bins = map + sphere.polar * sphere.azimuths + others.sum::<usize>();
         let read = self.job.design.receiver.read_together();
         let zero = self.job.design.receiver.zero;
         // Copies of the map that uniformity is read from.
@@ -183,7 +181,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// The traces of `rules`, each node once.
-    pub(super) fn plans(&self, rules: &[Rule]) -> Result<Vec<TracePlan<'static>>> {
+    pub(super) fn plans(&self, rules: &[Rule]) -> Result<Vec<TracePlan>> {
         let mut nodes: BTreeMap<NodeKey, (&Rule, &Node)> = BTreeMap::new();
         for (rule, node) in rules.iter().flat_map(|rule| rule.iter().map(move |n| (rule, n))) {
             nodes.entry(self.key(node)).or_insert((rule, node));
@@ -207,12 +205,12 @@ impl<'a> Sweep<'a> {
     }
 
     /// The trace of a node that is missing.
-    pub(super) fn plan(&self, rule: &Rule, node: &Node) -> Result<TracePlan<'static>> {
+    pub(super) fn plan(&self, rule: &Rule, node: &Node) -> Result<TracePlan> {
         let (design, paths) = self.at_wavelength(rule, node)?;
         let plan = TracePlan {
             what: self.what(&design, node),
             dome: DomeChoice::Model(self.job.model),
-            design: Cow::Owned(design),
+            design,
             paths,
             seed: self.seed(node, rule.len() == 1, self.job.context.seed),
         };

@@ -146,10 +146,7 @@ impl Array<'_> {
             }
         }
         let area = across.iter().sum::<f64>() * along.iter().sum::<f64>();
-        let total: f64 = sums.iter().sum();
-        let rest = groups as f64 / (groups as f64 - 1.0);
-        let without = sums.iter().map(|sum| rest * (total - sum) / area);
-        let white = without.chain([total / area]).collect();
+        let white = readings(&sums).into_iter().map(|reading| reading / area).collect();
         let low = [0, 1].map(|k| self.frame.middle_mm(k, within[k].start));
         let high = [0, 1].map(|k| self.frame.middle_mm(k, within[k].end.max(1) - 1));
         let middle = [0, 1].map(|k| 0.5 * (low[k] + high[k]));
