@@ -19,7 +19,7 @@ mod matrices;
 
 pub use matrices::{Matrices, hemisphere_matrices};
 
-use crate::error::Error;
+use crate::error::{Error, Limit};
 use crate::guard;
 use crate::orders::SymmetricBloch;
 use crate::orders::Truncation;
@@ -181,6 +181,19 @@ impl Resolution {
             let fine = coarse.thirds(4);
             (coarse, Some(fine))
         }
+    }
+
+    /// The error of a search that ends here, where `limit` is exhausted and `estimate` is left of
+    /// the part `allowed` of the tolerance.
+    pub(crate) fn not_converged(
+        &self,
+        limit: Limit,
+        tolerance: f64,
+        allowed: f64,
+        estimate: f64,
+    ) -> Error {
+        let (truncation, slices) = (self.truncation.highest(), self.plan.count());
+        Error::NotConverged { limit, tolerance, allowed, estimate, truncation, slices }
     }
 }
 
