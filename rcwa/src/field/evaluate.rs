@@ -5,9 +5,9 @@
 //! samples. The normal components follow from the curls: ε Ez = -(Kx Hy - ky Hx) and Hz = Kx Ey -
 //! ky Ex.
 
-use super::Sample;
 use super::slab::{Medium, Slab, Tangential};
 use super::waves::{Coefficients, Waves};
+use super::{Grid, Sample};
 use crate::relief::Layer;
 use crate::stack::Stack;
 use num_complex::Complex64;
@@ -42,8 +42,7 @@ impl<'a> Points<'a> {
     pub(super) fn new(
         stack: &'a Stack,
         waves: &Waves,
-        x: &[f64],
-        z: &'a [f64],
+        Grid { x, z }: &'a Grid,
         incident: f64,
     ) -> Self {
         let k0 = TAU / stack.wavelength();
