@@ -36,9 +36,10 @@ mod tests;
 use num_complex::Complex64;
 use thiserror::Error;
 
+pub(crate) use layer::push_merged;
 pub use layer::{Layer, Segment};
 pub(crate) use slanted_walls::{
-    NODES_OF_A_SLICE, Strip, Wall, WallCorrection, is_dielectric, layers as slanted_wall_layers,
+    NODES_OF_A_SLICE, Strip, Wall, WallCorrection, layers as slanted_wall_layers,
 };
 pub use slicing::{Interval, SlicePlan, extrapolate};
 
@@ -318,6 +319,11 @@ pub fn check_index(what: impl FnOnce() -> String, got: Complex64) -> Result<(), 
     } else {
         Err(ReliefError::Index { what: what(), got })
     }
+}
+
+/// True of the index of a medium without loss that is no metal.
+pub(crate) fn is_dielectric(index: Complex64) -> bool {
+    index.im == 0.0 && index.re > 0.0
 }
 
 fn check_length(what: &'static str, got: f64) -> Result<(), ReliefError> {
