@@ -261,19 +261,6 @@ impl Relief {
         &self.polygons
     }
 
-    /// The same relief moved by `dx` along x; order m's amplitude turns by exp(-i m 2π dx /
-    /// period).
-    #[must_use]
-    pub fn shifted(&self, dx: f64) -> Self {
-        self.map_x(|x| x + dx)
-    }
-
-    /// The relief seen in a mirror x → -x; orders m and -m change places (with the sign of kx0).
-    #[must_use]
-    pub fn mirrored(&self) -> Self {
-        self.map_x(|x| -x)
-    }
-
     /// The cross-section at depth `z` (clamped to 0 ≤ z < depth): segments in fractions of the
     /// period that cover 0 to 1 exactly, in order, neighbours of equal index merged.
     pub fn layer_at(&self, z: f64) -> Vec<Segment> {
@@ -297,14 +284,6 @@ impl Relief {
     /// For the same cut twice as fine use [`SlicePlan::refined`].
     pub fn slices(&self, count: usize) -> Vec<Layer> {
         self.layers(&self.slice_plan(count))
-    }
-
-    fn map_x(&self, f: impl Fn(f64) -> f64) -> Self {
-        let mut moved = self.clone();
-        for point in moved.polygons.iter_mut().flat_map(|p| &mut p.points) {
-            point[0] = f(point[0]);
-        }
-        moved
     }
 }
 

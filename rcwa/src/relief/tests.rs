@@ -135,7 +135,7 @@ fn concave_polygons_have_several_stretches() {
 #[test]
 fn every_cut_covers_the_period_and_the_slices_keep_the_area() {
     for dx in [0.0, 0.3, 3.7, -12.1] {
-        let tooth = one(&[[0.0, 0.0], [10.0, 0.0], [13.0, 4.0]]).unwrap().shifted(dx);
+        let tooth = one(&[[dx, 0.0], [10.0 + dx, 0.0], [13.0 + dx, 4.0]]).unwrap();
         let layers = tooth.slices(37);
         for layer in &layers {
             assert_covers(&layer.segments);
@@ -151,7 +151,7 @@ fn every_cut_covers_the_period_and_the_slices_keep_the_area() {
 #[test]
 fn the_mirror_image_is_the_mirror_image_of_every_cut() {
     let tooth = one(&[[0.0, 0.0], [10.0, 0.0], [13.0, 4.0]]).unwrap();
-    let mirrored = tooth.mirrored();
+    let mirrored = one(&[[0.0, 0.0], [-10.0, 0.0], [-13.0, 4.0]]).unwrap();
     for z in [0.1, 1.7, 3.9] {
         let mut expected: Vec<_> =
             tooth.layer_at(z).iter().map(|s| (1.0 - s.x1, 1.0 - s.x0, s.index)).collect();
