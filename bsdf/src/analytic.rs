@@ -16,7 +16,7 @@ pub use diffuser::{DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe};
 pub use polariser::{AxisShares, Polariser, linear};
 
 use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, Transport};
-use crate::direction::Side;
+use crate::direction::{Side, mirrored};
 use crate::error::Error;
 use glam::DVec3;
 use rand::RngExt;
@@ -77,11 +77,6 @@ const DIFFUSE_REFLECTION: Lobe = Lobe { transport: Transport::Reflection, kind: 
 
 fn specular(transport: Transport) -> Lobe {
     Lobe { transport, kind: LobeKind::Specular }
-}
-
-/// Specular reflection of `wi` at the plane z = 0.
-fn mirrored(wi: DVec3) -> DVec3 {
-    DVec3::new(-wi.x, -wi.y, wi.z)
 }
 
 /// A smooth boundary between two lossless media: Fresnel's formulas and Snell's law.

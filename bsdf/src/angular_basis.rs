@@ -339,6 +339,11 @@ pub fn square_to_disc([u, v]: [f64; 2]) -> [f64; 2] {
     [r * phi.cos(), r * phi.sin()]
 }
 
+/// The direction above the point (x, y) of the unit disc.
+pub(crate) fn above([x, y]: [f64; 2]) -> DVec3 {
+    DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
+}
+
 /// Inverse of [`square_to_disc`], for points of the unit disc.
 #[must_use]
 pub fn disc_to_square([x, y]: [f64; 2]) -> [f64; 2] {

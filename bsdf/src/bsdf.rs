@@ -84,14 +84,6 @@ pub enum LobeKind {
     Cell,
 }
 
-impl LobeKind {
-    /// True if all of the lobe's power goes into one direction.
-    #[must_use]
-    pub fn is_discrete(self) -> bool {
-        !matches!(self, Self::Diffuse | Self::Gaussian | Self::Cell)
-    }
-}
-
 /// The lobe that an outgoing direction belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Lobe {

@@ -137,30 +137,6 @@ impl OrderTable {
         (bsdf as &dyn Any).downcast_ref()
     }
 
-    /// Table from one row per node and polarisation, in any order.
-    ///
-    /// # Errors
-    /// If the grid is invalid, a row is missing, doubled or outside the grid, an efficiency lies
-    /// outside 0 to 1 or belongs to an evanescent order, or the efficiencies of a node sum to more
-    /// than 1.
-    pub fn build(
-        header: TableHeader,
-        grid: Grid,
-        rows: impl IntoIterator<Item = EfficiencyRow>,
-    ) -> Result<Self, Error> {
-        build::from_rows(header, grid, rows)
-    }
-
-    /// Table from the arrays of a file, entry by entry.
-    pub(crate) fn from_parts(
-        header: TableHeader,
-        grid: Grid,
-        s: Vec<f32>,
-        p: Vec<f32>,
-    ) -> Result<Self, Error> {
-        build::from_parts(header, grid, s, p)
-    }
-
     /// The table with the efficiencies of one polarisation for both; for unpolarised light, with
     /// the mean of s and p for both.
     ///

@@ -28,7 +28,8 @@ use rand::RngExt;
 use ray::{FacetInteraction, Ray, Step};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Default power below which [`Bsdf::lobes`] no longer splits a beam.
+/// Power below which [`Bsdf::lobes`] no longer splits a beam, which then continues as one ray with
+/// all its power.
 const POWER_CUTOFF: f64 = 1e-5;
 
 /// One period of a relief, traced by ray optics.
@@ -70,14 +71,6 @@ impl UnitCell {
             turn: DVec2::X,
             lost: AtomicU64::new(0),
         })
-    }
-
-    /// The same cell with another power (default 1e-5) below which [`Bsdf::lobes`] no longer splits
-    /// a beam. A weaker beam continues as one ray with all its power.
-    #[must_use]
-    pub fn with_power_cutoff(mut self, power_cutoff: f64) -> Self {
-        self.power_cutoff = power_cutoff;
-        self
     }
 
     /// The same cell with its x axis at `angle` (radians) from t towards b, in place of along t.
@@ -142,19 +135,26 @@ impl UnitCell {
         if kz == 0.0 {
             return None;
         }
-        let mut ray = self.enter(from, k, kz, self.period * rng.random::<f64>());
+        let ray = self.enter(from, k, kz, self.period * rng.random::<f64>());
+        let wo = self.traced(ray, |ray, hit| reflects(ray, hit, rng))?.direction();
+        let lobe = facets_lobe(from, wo);
+        Some(BsdfSample { wo: self.outgoing(wo), weight: 1.0, lobe })
+    }
+
+    /// Traces one ray until it leaves, one branch at each facet. `None` of a ray that is lost.
+    fn traced(
+        &self,
+        mut ray: Ray,
+        mut reflects: impl FnMut(&Ray, &FacetInteraction) -> bool,
+    ) -> Option<Ray> {
         for _ in 0..ray::MAX_STEPS {
             match self.step(&ray) {
                 Step::Hit { facet, t } => {
                     let hit = self.interact(&ray, facet, t);
-                    ray = if reflects(&ray, &hit, rng) { hit.reflected } else { hit.refracted };
+                    ray = if reflects(&ray, &hit) { hit.reflected } else { hit.refracted };
                 }
                 Step::Wrap { t } => self.wrap(&mut ray, t),
-                Step::Leave => {
-                    let wo = ray.direction();
-                    let lobe = facets_lobe(from, wo);
-                    return Some(BsdfSample { wo: self.outgoing(wo), weight: 1.0, lobe });
-                }
+                Step::Leave => return Some(ray),
                 Step::Lost => break,
             }
         }

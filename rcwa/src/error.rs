@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Errors of this crate, a variant for each cause.
 
-use crate::material::MaterialError;
 use crate::relief::ReliefError;
 use crate::wave::{Pol, Side};
 use num_complex::Complex64;
@@ -58,18 +57,6 @@ pub enum Error {
         what: &'static str,
         /// The value.
         got: f64,
-    },
-    /// A refractive index of no passive medium.
-    #[error(
-        "{what}: expected a refractive index n + ik with n ≥ 0, k ≥ 0, not both 0, got {re} + {im}i"
-    )]
-    Index {
-        /// Which medium.
-        what: String,
-        /// Real part given.
-        re: f64,
-        /// Imaginary part given.
-        im: f64,
     },
     /// Segments of a layer do not cover one period.
     #[error("layer {}: {problem}", layer + 1)]
@@ -249,7 +236,4 @@ pub enum Error {
     /// Invalid relief.
     #[error(transparent)]
     Relief(#[from] ReliefError),
-    /// Invalid material.
-    #[error(transparent)]
-    Material(#[from] MaterialError),
 }

@@ -142,36 +142,33 @@ pub fn field(
     guard::check_matrices(truncation, planes::matrices(stack, truncation))?;
     let depth: f64 = stack.layers().iter().map(|l| l.thickness).sum();
     match incident.side {
-        Side::Top => from_top(stack, bloch, truncation, incident, &grid.z, &grid.x, progress)
-            .map(|found| found.on(grid)),
+        Side::Top => from_top(stack, bloch, truncation, incident, grid, progress),
         Side::Bottom => {
             // Seen in the mirror z → depth - z, light comes from the top, and p, which is s × k,
             // has changed its sign.
             let mirror = in_mirror(stack)?;
             let [s, p] = incident.amplitudes;
             let image = Incident { side: Side::Top, amplitudes: [s, -p], ..*incident };
-            let z: Vec<f64> = grid.z.iter().map(|z| depth - z).collect();
-            let mut found = from_top(&mirror, bloch, truncation, &image, &z, &grid.x, progress)
-                .map_err(|error| match error {
-                    Error::Evanescent { order, .. } => {
-                        Error::Evanescent { order, side: Side::Bottom }
-                    }
-                    other => other,
-                })?;
+            let z = grid.z.iter().map(|z| depth - z).collect();
+            let seen = Grid { x: grid.x.clone(), z };
+            let at_bottom = |error| match error {
+                Error::Evanescent { order, .. } => Error::Evanescent { order, side: Side::Bottom },
+                other => other,
+            };
+            let mut found =
+                from_top(&mirror, bloch, truncation, &image, seen, progress).map_err(at_bottom)?;
             for sample in &mut found.samples {
                 let ([ex, ey, ez], [hx, hy, hz]) = (sample.electric, sample.magnetic);
                 sample.electric = [ex, ey, -ez];
                 sample.magnetic = [-hx, -hy, hz];
             }
-            Ok(found.on(grid))
+            Ok(Field { grid, ..found })
         }
     }
 }
 
 fn check(bloch: Bloch, incident: &Incident, grid: &Grid) -> Result<(), Error> {
-    if !(bloch.kx0.is_finite() && bloch.ky.is_finite()) {
-        return Err(Error::Bloch { kx0: bloch.kx0, ky: bloch.ky });
-    }
+    bloch.check()?;
     let [s, p] = incident.amplitudes;
     let power = s.norm_sqr() + p.norm_sqr();
     if !(power.is_finite() && power > 0.0) {
@@ -194,35 +191,14 @@ fn in_mirror(stack: &Stack) -> Result<Stack, Error> {
     )
 }
 
-/// The result of [`from_top`].
-struct SolvedField {
-    samples: Vec<Sample>,
-    flux: Vec<f64>,
-    reflected: f64,
-    transmitted: f64,
-}
-
-impl SolvedField {
-    fn on(self, grid: Grid) -> Field {
-        Field {
-            grid,
-            samples: self.samples,
-            flux: self.flux,
-            reflected: self.reflected,
-            transmitted: self.transmitted,
-        }
-    }
-}
-
 fn from_top(
     stack: &Stack,
     bloch: Bloch,
     truncation: Truncation,
     incident: &Incident,
-    z: &[f64],
-    x: &[f64],
+    grid: Grid,
     progress: &Progress<'_>,
-) -> Result<SolvedField, Error> {
+) -> Result<Field, Error> {
     let refused = Error::Evanescent { order: incident.order, side: Side::Top };
     let ratio = stack.period_per_wavelength();
     let n = stack.index(Side::Top);
@@ -235,12 +211,13 @@ fn from_top(
     };
     let waves = waves::Waves::new(stack, bloch, truncation);
     let power = channel.kz.re * incident.amplitudes.iter().map(Complex64::norm_sqr).sum::<f64>();
-    let mut points = evaluate::Points::new(stack, &waves, x, z, power);
+    let mut points = evaluate::Points::new(stack, &waves, &grid, power);
     let tangential = planes::solve(stack, &waves, incident, &mut points, progress)?;
-    Ok(SolvedField {
+    Ok(Field {
         reflected: waves.upward_power(&open, incident, &tangential.top) / power,
         transmitted: tangential.bottom.power() / power,
         samples: points.samples,
         flux: points.flux,
+        grid,
     })
 }

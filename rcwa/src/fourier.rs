@@ -12,7 +12,7 @@ mod tests;
 
 use num_complex::Complex64;
 
-use crate::relief::{SAME_PLACE, Segment};
+use crate::relief::{SAME_PLACE, Segment, push_merged};
 
 /// Coefficients of ε and of 1/ε.
 pub(crate) fn permittivities_about(
@@ -127,10 +127,7 @@ fn mirrors_about(ring: &[Segment], i: usize) -> bool {
 fn merged_ring(segments: &[Segment]) -> Vec<Segment> {
     let mut ring: Vec<Segment> = Vec::with_capacity(segments.len());
     for &segment in segments {
-        match ring.last_mut() {
-            Some(last) if last.index == segment.index => last.x1 = segment.x1,
-            _ => ring.push(segment),
-        }
+        push_merged(&mut ring, segment);
     }
     if ring.len() > 1 && ring[0].index == ring[ring.len() - 1].index {
         // The first stretch begins before the period does: with the last one.

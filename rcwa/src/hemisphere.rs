@@ -19,7 +19,7 @@ mod matrices;
 
 pub use matrices::{Matrices, hemisphere_matrices};
 
-use crate::error::Error;
+use crate::error::{Error, Limit};
 use crate::guard;
 use crate::orders::SymmetricBloch;
 use crate::orders::Truncation;
@@ -64,8 +64,7 @@ impl Interface {
 
     /// True where slices follow its slanted walls: where all its media are dielectrics.
     pub fn follows_walls(&self) -> bool {
-        let dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
-        [self.n_top, self.n_bottom].into_iter().all(dielectric) && is_dielectric(&self.relief)
+        self.indices().into_iter().all(is_dielectric)
     }
 
     /// The stacks of a resolution: one that follows the slanted walls, or two of stairs, whose
@@ -181,6 +180,19 @@ impl Resolution {
             let fine = coarse.thirds(4);
             (coarse, Some(fine))
         }
+    }
+
+    /// The error of a search that ends here, where `limit` is exhausted and `estimate` is left of
+    /// the part `allowed` of the tolerance.
+    pub(crate) fn not_converged(
+        &self,
+        limit: Limit,
+        tolerance: f64,
+        allowed: f64,
+        estimate: f64,
+    ) -> Error {
+        let (truncation, slices) = (self.truncation.highest(), self.plan.count());
+        Error::NotConverged { limit, tolerance, allowed, estimate, truncation, slices }
     }
 }
 
@@ -364,21 +376,29 @@ impl BlochLines {
     }
 }
 
-/// An efficiency of one run, or extrapolated from two on s and 4/3 s slices.
-fn extrapolated(coarse: f64, fine: Option<f64>) -> f64 {
-    fine.map_or(coarse, |fine| extrapolate(coarse, fine, 3.0))
+/// [`Scattering::efficiency_in`] of one run, or extrapolated from two on s and 4/3 s slices.
+pub(crate) fn efficiency_of_runs(
+    coarse: &Scattering,
+    fine: Option<&Scattering>,
+    from: (Side, i32, Pol),
+    to: (Side, i32),
+    pol: Pol,
+) -> f64 {
+    let one = coarse.efficiency_in(from, to, pol);
+    fine.map_or(one, |fine| extrapolate(one, fine.efficiency_in(from, to, pol), 3.0))
 }
 
-/// Sets negative efficiencies to 0 and scales the others to keep the sum.
-fn clip_negative(efficiencies: &mut [(Side, i32, f64)]) {
-    let before: f64 = efficiencies.iter().map(|s| s.2).sum();
-    for efficiency in efficiencies.iter_mut() {
-        efficiency.2 = efficiency.2.max(0.0);
+/// Sets negative efficiencies of an extrapolation to 0 and scales the others to keep the sum.
+pub(crate) fn clip_negative<'a>(efficiencies: impl Iterator<Item = &'a mut f64>) {
+    let mut efficiencies: Vec<&mut f64> = efficiencies.collect();
+    let before: f64 = efficiencies.iter().map(|e| **e).sum();
+    for efficiency in &mut efficiencies {
+        **efficiency = f64::max(**efficiency, 0.0);
     }
-    let after: f64 = efficiencies.iter().map(|s| s.2).sum();
+    let after: f64 = efficiencies.iter().map(|e| **e).sum();
     if after > 0.0 {
-        for efficiency in efficiencies.iter_mut() {
-            efficiency.2 *= before / after;
+        for efficiency in efficiencies {
+            *efficiency *= before / after;
         }
     }
 }
@@ -397,14 +417,11 @@ fn collect(
             worst_balance = worst_balance.max(run.worst_balance().map_or(0.0, |w| w.3.abs()));
         }
         let efficiency = |from: (Side, i32, Pol), to: (Side, i32), pol: Pol| {
-            extrapolated(
-                scattering.efficiency_in(from, to, pol),
-                finer.map(|f| f.efficiency_in(from, to, pol)),
-            )
+            efficiency_of_runs(scattering, finer, from, to, pol)
         };
         let node = |m: i32| line + directions.kx_per_zone as i64 * i64::from(m);
         let mut push = |side, kx_index, pol, mut efficiencies: Vec<(Side, i32, f64)>| {
-            clip_negative(&mut efficiencies);
+            clip_negative(efficiencies.iter_mut().map(|e| &mut e.2));
             incidences.push(Incidence { side, kx_index, ky_index, pol, efficiencies });
         };
         for side in Side::BOTH {

@@ -14,7 +14,7 @@ use crate::cost_model::cache_per_line;
 use crate::error::{Error, Limit};
 use crate::hemisphere::{BlochLines, Directions, Hemisphere, Incidence, Interface, Resolution};
 use crate::progress::Progress;
-use crate::wave::{Pol, Side};
+use crate::wave::Side;
 use std::f64::consts::PI;
 
 mod kx_refinement;
@@ -141,14 +141,8 @@ pub fn solve_adaptive(
         next.sort_by(f64::total_cmp);
         next.dedup();
         if next.is_empty() || all.len() + next.len() > request.max_ky {
-            return Err(Error::NotConverged {
-                limit: Limit::Ky,
-                tolerance: request.tolerance,
-                allowed: request.tolerance,
-                estimate: grid_error,
-                truncation: resolution.truncation.highest(),
-                slices: resolution.plan.count(),
-            });
+            let tolerance = request.tolerance;
+            return Err(resolution.not_converged(Limit::Ky, tolerance, tolerance, grid_error));
         }
         added = solve(&mut lines, &next)?;
     }
@@ -188,6 +182,13 @@ fn left(rows: &[KyRow]) -> f64 {
         .fold(0.0, f64::max)
 }
 
+/// Place of an incidence in arrays of kinds of light (from the top in s and p, from the bottom in s
+/// and p), and its transmittance.
+fn kind_and_transmittance(incidence: &Incidence) -> (usize, f64) {
+    let through = incidence.efficiencies.iter().filter(|s| s.0 == Side::Bottom);
+    (2 * incidence.side.number() + incidence.pol.number(), through.map(|s| s.2).sum())
+}
+
 fn rows(interface: &Interface, ky: &[f64], solved: Hemisphere) -> Vec<KyRow> {
     let width = |n: f64, ky: f64| (n * n - ky * ky).max(0.0).sqrt();
     let mut rows: Vec<KyRow> = ky
@@ -202,15 +203,9 @@ fn rows(interface: &Interface, ky: &[f64], solved: Hemisphere) -> Vec<KyRow> {
         .collect();
     let mut counts = vec![[0_u32; 4]; rows.len()];
     for incidence in solved.incidences {
-        let kind = match (incidence.side, incidence.pol) {
-            (Side::Top, Pol::S) => 0,
-            (Side::Top, Pol::P) => 1,
-            (Side::Bottom, Pol::S) => 2,
-            (Side::Bottom, Pol::P) => 3,
-        };
-        let through = incidence.efficiencies.iter().filter(|s| s.0 == Side::Bottom);
+        let (kind, transmitted) = kind_and_transmittance(&incidence);
         let row = &mut rows[incidence.ky_index];
-        row.means[kind] += through.map(|s| s.2).sum::<f64>();
+        row.means[kind] += transmitted;
         counts[incidence.ky_index][kind] += 1;
         row.incidences.push(incidence);
     }

@@ -10,11 +10,10 @@
 use crate::accuracy::{Found, Structure, Waves, converge_waves};
 use crate::error::Error;
 use crate::guard;
-use crate::hemisphere::{Interface, Resolution};
+use crate::hemisphere::{Interface, Resolution, clip_negative, efficiency_of_runs};
 use crate::jones::Matrix;
 use crate::orders::{Bloch, SymmetricBloch, Truncation};
 use crate::progress::Progress;
-use crate::relief::extrapolate;
 use crate::scattering::Scattering;
 use crate::solve::{highest_order, solve, solve_line, solve_symmetric_line};
 use crate::stack::Stack;
@@ -357,8 +356,7 @@ fn read(
     let m = member.order;
     coarse.source(side, m)?;
     let efficiency = |from: (Side, i32, Pol), to: (Side, i32), pol: Pol| {
-        let one = coarse.efficiency_in(from, to, pol);
-        fine.map_or(one, |fine| extrapolate(one, fine.efficiency_in(from, to, pol), 3.0))
+        efficiency_of_runs(coarse, fine, from, to, pol)
     };
     let mut orders = DirectionOrders::default();
     for other in Side::BOTH {
@@ -377,7 +375,9 @@ fn read(
             }
         }
     }
-    clip_negative(&mut orders.efficiencies);
+    for p in 0..2 {
+        clip_negative(orders.efficiencies.iter_mut().flat_map(|order| &mut order.2[p]));
+    }
     if jones {
         let sign = if member.negative { -1.0 } else { 1.0 };
         for found in coarse.jones_of_all((side, m)).ok()? {
@@ -389,25 +389,4 @@ fn read(
         }
     }
     Some(orders)
-}
-
-/// Sets negative efficiencies of an extrapolation to 0 and scales the others to keep the sum of
-/// each incident polarisation.
-fn clip_negative(orders: &mut [Efficiency]) {
-    for p in 0..2 {
-        let sum = |orders: &[Efficiency]| -> f64 { orders.iter().flat_map(|o| o.2[p]).sum() };
-        if orders.iter().all(|o| o.2[p].iter().all(|e| *e >= 0.0)) {
-            continue;
-        }
-        let before = sum(orders);
-        for efficiency in orders.iter_mut().flat_map(|o| &mut o.2[p]) {
-            *efficiency = efficiency.max(0.0);
-        }
-        let after = sum(orders);
-        if after > 0.0 {
-            for efficiency in orders.iter_mut().flat_map(|o| &mut o.2[p]) {
-                *efficiency *= before / after;
-            }
-        }
-    }
 }

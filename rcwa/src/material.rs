@@ -2,10 +2,10 @@
 //! Refractive index n + ik of a material against vacuum wavelength in micrometres.
 //!
 //! In: a constant, a dispersion [`Formula`] with its coefficients, a table, or the text of a data
-//! file in refractiveindex.info's YAML form. Out: [`RefractiveIndex`] or [`Permittivity`] at a
-//! wavelength. Nothing is extrapolated: a wavelength outside the data's range is an error. Tables
-//! are interpolated linearly in the wavelength, n and k apart. Permittivity is ε = (n + ik)²; k ≥ 0
-//! and Im ε ≥ 0 absorb. Data format and formulas: [Polyanskiy 2024, Scientific Data 11, 94].
+//! file in refractiveindex.info's YAML form. Out: [`RefractiveIndex`] at a wavelength. Nothing is
+//! extrapolated: a wavelength outside the data's range is an error. Tables are interpolated
+//! linearly in the wavelength, n and k apart; k ≥ 0 absorbs. Data format and formulas:
+//! [Polyanskiy 2024, Scientific Data 11, 94].
 //!
 //! ```
 //! use rcwa::material::{Formula, Material};
@@ -68,14 +68,6 @@ pub enum MaterialError {
         n: f64,
         /// The imaginary part.
         k: f64,
-    },
-    /// A permittivity no passive material has.
-    #[error("a permittivity needs finite parts, Im >= 0 and not both 0, got [{re}, {im}]")]
-    Permittivity {
-        /// The real part.
-        re: f64,
-        /// The imaginary part.
-        im: f64,
     },
     /// A formula with the wrong number of coefficients.
     #[error("{formula:?} takes {expected} coefficients, got {got}")]
@@ -200,44 +192,6 @@ impl RefractiveIndex {
     }
 }
 
-/// Relative permittivity ε = (n + ik)² of a passive material: finite, Im ε ≥ 0, not 0.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Permittivity(Complex64);
-
-impl Permittivity {
-    /// The permittivity `epsilon`.
-    ///
-    /// # Errors
-    /// [`MaterialError::Permittivity`] if a part is not finite, Im ε < 0 or ε = 0.
-    pub fn new(epsilon: Complex64) -> Result<Self, MaterialError> {
-        if epsilon.is_finite() && epsilon.im >= 0.0 && epsilon != Complex64::ZERO {
-            Ok(Self(Complex64::new(epsilon.re, epsilon.im + 0.0)))
-        } else {
-            Err(MaterialError::Permittivity { re: epsilon.re, im: epsilon.im })
-        }
-    }
-
-    /// ε as a complex number.
-    pub fn complex(self) -> Complex64 {
-        self.0
-    }
-}
-
-impl From<RefractiveIndex> for Permittivity {
-    fn from(index: RefractiveIndex) -> Self {
-        let Complex64 { re: n, im: k } = index.0;
-        // As a product of sum and difference the real part keeps its digits where n is near k.
-        Self(Complex64::new((n - k) * (n + k), 2.0 * n * k))
-    }
-}
-
-impl From<Permittivity> for RefractiveIndex {
-    fn from(permittivity: Permittivity) -> Self {
-        // The principal root of the closed upper half-plane lies in its first quadrant.
-        Self(permittivity.0.sqrt())
-    }
-}
-
 /// Refractive index against vacuum wavelength.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
@@ -270,18 +224,6 @@ impl Material {
         range_um: [f64; 2],
     ) -> Result<Self, MaterialError> {
         Ok(Self { n: formula_source(formula, coefficients, range_um)?, k: Source::Constant(0.0) })
-    }
-
-    /// A lossless material by Cauchy's n = A + B/λ² + C/λ⁴ + ..., λ in micrometres.
-    ///
-    /// # Errors
-    /// The errors of [`Material::formula`].
-    pub fn cauchy(terms: &[f64], range_um: [f64; 2]) -> Result<Self, MaterialError> {
-        let mut coefficients: Vec<f64> = terms.first().copied().into_iter().collect();
-        for (i, &term) in terms.iter().enumerate().skip(1) {
-            coefficients.extend([term, -2.0 * i as f64]);
-        }
-        Self::formula(Formula::Cauchy, &coefficients, range_um)
     }
 
     /// A table of rows [wavelength in micrometres, n, k], in any order; rows of one wavelength
@@ -360,14 +302,6 @@ impl Material {
             Source::Table(table) => table.lowest().min(0.0),
             _ => 0.0,
         }
-    }
-
-    /// The permittivity at a vacuum wavelength in micrometres.
-    ///
-    /// # Errors
-    /// The errors of [`Material::index_at`].
-    pub fn permittivity_at(&self, wavelength_um: f64) -> Result<Permittivity, MaterialError> {
-        self.index_at(wavelength_um).map(Permittivity::from)
     }
 
     /// Shortest and longest wavelength, in micrometres, at which both n and k are known

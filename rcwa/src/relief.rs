@@ -36,9 +36,10 @@ mod tests;
 use num_complex::Complex64;
 use thiserror::Error;
 
+pub(crate) use layer::push_merged;
 pub use layer::{Layer, Segment};
 pub(crate) use slanted_walls::{
-    NODES_OF_A_SLICE, Strip, Wall, WallCorrection, is_dielectric, layers as slanted_wall_layers,
+    NODES_OF_A_SLICE, Strip, Wall, WallCorrection, layers as slanted_wall_layers,
 };
 pub use slicing::{Interval, SlicePlan, extrapolate};
 
@@ -260,19 +261,6 @@ impl Relief {
         &self.polygons
     }
 
-    /// The same relief moved by `dx` along x; order m's amplitude turns by exp(-i m 2π dx /
-    /// period).
-    #[must_use]
-    pub fn shifted(&self, dx: f64) -> Self {
-        self.map_x(|x| x + dx)
-    }
-
-    /// The relief seen in a mirror x → -x; orders m and -m change places (with the sign of kx0).
-    #[must_use]
-    pub fn mirrored(&self) -> Self {
-        self.map_x(|x| -x)
-    }
-
     /// The cross-section at depth `z` (clamped to 0 ≤ z < depth): segments in fractions of the
     /// period that cover 0 to 1 exactly, in order, neighbours of equal index merged.
     pub fn layer_at(&self, z: f64) -> Vec<Segment> {
@@ -297,14 +285,6 @@ impl Relief {
     pub fn slices(&self, count: usize) -> Vec<Layer> {
         self.layers(&self.slice_plan(count))
     }
-
-    fn map_x(&self, f: impl Fn(f64) -> f64) -> Self {
-        let mut moved = self.clone();
-        for point in moved.polygons.iter_mut().flat_map(|p| &mut p.points) {
-            point[0] = f(point[0]);
-        }
-        moved
-    }
 }
 
 /// Checks that `got` is the index n + ik of a passive material: finite, n ≥ 0, k ≥ 0, not 0.
@@ -318,6 +298,11 @@ pub fn check_index(what: impl FnOnce() -> String, got: Complex64) -> Result<(), 
     } else {
         Err(ReliefError::Index { what: what(), got })
     }
+}
+
+/// True of the index of a medium without loss that is no metal.
+pub(crate) fn is_dielectric(index: Complex64) -> bool {
+    index.im == 0.0 && index.re > 0.0
 }
 
 fn check_length(what: &'static str, got: f64) -> Result<(), ReliefError> {

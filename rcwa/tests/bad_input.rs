@@ -243,7 +243,6 @@ fn wavelengths_without_data_are_refused_to_the_last_bit() {
         }
         for outside in [0.4_f64.next_down(), 0.7_f64.next_up(), 0.2, 7.0, 550.0] {
             refused(&material, outside, range);
-            assert!(material.permittivity_at(outside).is_err());
         }
         for none in [0.0, -0.5, f64::NAN, f64::INFINITY] {
             let error = material.index_at(none).unwrap_err();

@@ -72,14 +72,6 @@ impl AxisShares {
         }
     }
 
-    /// Shares that are the same at all angles.
-    ///
-    /// # Errors
-    /// As of [`AxisShares::new`].
-    pub fn constant(transmittance: f64, reflectance: f64) -> Result<Self, Error> {
-        Self::new(&[[0.0, transmittance]], &[[0.0, reflectance]])
-    }
-
     /// Transmittance and reflectance.
     fn at(&self, angle: f64) -> [f64; 2] {
         let column = |k: usize| interpolated(&self.knots, angle, |knot| [knot[0], knot[k]]);

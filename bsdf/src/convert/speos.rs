@@ -10,6 +10,7 @@ use super::{
     PowerBalance, Resolution, Smearing, averaged, bin_lobes, check_discrete, halfway, of_transport,
     steps,
 };
+use crate::analytic::linear;
 use crate::angular_basis::{AngularBasis, OrientedBasis};
 use crate::bsdf::{Bsdf, Transport};
 use crate::direction::{Side, spherical};
@@ -86,13 +87,13 @@ fn scatter_table(part: &SpeosPart, values: Values) -> Result<ScatterTable, Error
     }
     if let Some([at, share]) = part.reference {
         let row = rotations.iter().position(|r| *r == 0.0).unwrap_or(0);
-        let totals: Vec<f64> = nodes
+        let unturned = nodes.iter().skip(row).step_by(rotations.len());
+        let totals: Vec<[f64; 2]> = incidences
             .iter()
-            .skip(row)
-            .step_by(rotations.len())
-            .map(|node| node.distribution.total())
+            .zip(unturned)
+            .map(|(incidence, node)| [*incidence, node.distribution.total()])
             .collect();
-        let total = interpolated(&incidences, &totals, at);
+        let total = linear(&totals, at);
         if share > 0.0 && total <= 0.0 {
             return Err(Error::Measured(format!(
                 "expected scattering at {at} degrees, where the spectrum states {share} of the power, got none"
@@ -143,16 +144,6 @@ fn node(table: &SpeosTable, values: Values) -> Result<IncidentNode, Error> {
             table.total,
         ),
     })
-}
-
-/// The value at `x` between ascending points, constant beyond them.
-fn interpolated(points: &[f64], values: &[f64], x: f64) -> f64 {
-    let above = points.partition_point(|p| *p <= x);
-    if above == 0 || above == points.len() {
-        return values[above.saturating_sub(1)];
-    }
-    let t = (x - points[above - 1]) / (points[above] - points[above - 1]);
-    values[above - 1] + t * (values[above] - values[above - 1])
 }
 
 /// The table of `surface` for light from `side`, reflected and transmitted; what scatters nothing

@@ -2,9 +2,9 @@
 //! Matrices on the Klems basis and tensor trees: means over cells of incidence *and* of exit.
 
 use super::{PowerBalance, Smearing, check_discrete, of_transport, upper_lobes};
-use crate::angular_basis::{AngularBasis, OrientedBasis};
+use crate::angular_basis::{AngularBasis, OrientedBasis, above};
 use crate::bsdf::{Bsdf, OutgoingLobe, Transport};
-use crate::direction::{Side, lattice_point};
+use crate::direction::{Side, lattice_point, mirrored};
 use crate::error::Error;
 use crate::formats::window::{DIRECTIONS, KLEMS, ScatteringData, WindowBlock, WindowBsdf};
 use crate::measured::{CellDistribution, IncidentNode, LobeMotion, MeasuredBsdf, ScatterTable};
@@ -16,11 +16,6 @@ use std::sync::Arc;
 
 /// Finest tree for export: cells of 1/128 of the square.
 const FINEST: u32 = 7;
-
-/// Towards the light that travels along `d`, both in the upper hemisphere.
-fn towards(d: DVec3) -> DVec3 {
-    DVec3::new(-d.x, -d.y, d.z)
-}
 
 /// The table of `surface` on the full Klems basis: the mean over `samples` incidences in each cell.
 ///
@@ -35,7 +30,7 @@ pub fn to_klems(surface: &dyn Bsdf, samples: usize) -> Result<(WindowBsdf, Smear
     for side in Side::BOTH {
         for incidence in 0..KLEMS {
             let mut balances = [PowerBalance::default(); 4];
-            let inside = |[u, v]: [f64; 2]| towards(cells.sample_projected(incidence, u, v));
+            let inside = |[u, v]: [f64; 2]| mirrored(cells.sample_projected(incidence, u, v));
             each_incidence(surface, side, samples, inside, |number, lobes| {
                 smearing.neighbours(lobes);
                 let balance = &mut balances[number];
@@ -61,7 +56,7 @@ pub fn to_klems(surface: &dyn Bsdf, samples: usize) -> Result<(WindowBsdf, Smear
                             * cells.projected_solid_angle(exit)
                     })
                     .sum();
-                let wi = towards(cells.centre(incidence));
+                let wi = mirrored(cells.centre(incidence));
                 smearing.incidences.push(balance.at(side, transport, wi));
             }
         }
@@ -94,11 +89,6 @@ fn each_incidence(
             take(number, &of_transport(&lobes, transport));
         }
     }
-}
-
-/// The direction above the point (x, y) of the unit disc.
-fn above([x, y]: [f64; 2]) -> DVec3 {
-    DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
 }
 
 fn check_samples(samples: usize) -> Result<(), Error> {
@@ -149,7 +139,7 @@ pub fn to_tree(
         for incidence in 0..count {
             let mut balances = [PowerBalance::default(); 4];
             let mut sums: [BTreeMap<u32, (f64, u32)>; 4] = [const { BTreeMap::new() }; 4];
-            let inside = |place| towards(above(cell_point(incidence, log2, place)));
+            let inside = |place| mirrored(above(cell_point(incidence, log2, place)));
             each_incidence(surface, side, samples, inside, |number, lobes| {
                 smearing.neighbours(lobes);
                 for lobe in lobes {
@@ -199,7 +189,7 @@ pub fn from_window(
                 cells: Arc::clone(&cells),
                 nodes: (0..KLEMS)
                     .map(|incidence| IncidentNode {
-                        wi: towards(cells.centre(incidence)),
+                        wi: mirrored(cells.centre(incidence)),
                         distribution: CellDistribution::new(
                             basis.clone(),
                             (0..KLEMS).map(|exit| matrix[exit * KLEMS + incidence]),

@@ -6,10 +6,8 @@
 //! cells of 5 degrees in polar angle and 10 in azimuth, and keep their étendue.
 
 use super::scatter_table::{CellDistribution, IncidentNode, ScatterTable};
-use crate::angular_basis::{AngularBasis, OrientedBasis, square_to_disc};
-use crate::direction::lattice_point;
-use crate::direction::spherical;
-use glam::DVec3;
+use crate::angular_basis::{AngularBasis, OrientedBasis, above, square_to_disc};
+use crate::direction::{lattice_point, mirrored, spherical};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -19,11 +17,6 @@ const STEPS: [usize; 3] = [5, 10, 15];
 const POINTS: [usize; 2] = [32, 6];
 /// Points of the hemisphere for an étendue, along an edge of the square.
 const EDGE: u32 = 64;
-
-/// Light from a direction of the hemisphere goes back along the other.
-fn opposite(d: DVec3) -> DVec3 {
-    DVec3::new(-d.x, -d.y, d.z)
-}
 
 /// The table for light from the other side; `scale` is (n/n')², with n the index on the side that
 /// the light of `table` comes from, and n' that on the other.
@@ -38,7 +31,7 @@ pub(super) fn reversed(table: &ScatterTable, scale: f64) -> ScatterTable {
 fn transposed(cells: &Arc<AngularBasis>, nodes: &[IncidentNode], scale: f64) -> ScatterTable {
     let basis = OrientedBasis::about_normal(cells);
     let back: Vec<usize> = (0..cells.len())
-        .map(|cell| cells.locate(opposite(cells.centre(cell))).unwrap_or(cell))
+        .map(|cell| cells.locate(mirrored(cells.centre(cell))).unwrap_or(cell))
         .collect();
     // A cell of incidence is that of the travelling light.
     let node = |incidence: usize| {
@@ -47,7 +40,7 @@ fn transposed(cells: &Arc<AngularBasis>, nodes: &[IncidentNode], scale: f64) -> 
             scale * node.map_or(0.0, |node| node.distribution.value(cells.centre(back[incidence])))
         };
         IncidentNode {
-            wi: opposite(cells.centre(incidence)),
+            wi: mirrored(cells.centre(incidence)),
             distribution: CellDistribution::new(basis.clone(), back.iter().map(exit), None),
         }
     };
@@ -116,11 +109,6 @@ fn averaged(table: &ScatterTable, scale: f64) -> ScatterTable {
 fn etendue(table: &ScatterTable) -> f64 {
     let at = |k: u32| (f64::from(k) + 0.5) / f64::from(EDGE);
     let points = (0..EDGE).flat_map(|i| (0..EDGE).map(move |k| [at(i), at(k)]));
-    let sum: f64 = points
-        .map(|point| {
-            let [x, y] = square_to_disc(point);
-            table.total(DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt()))
-        })
-        .sum();
+    let sum: f64 = points.map(|point| table.total(above(square_to_disc(point)))).sum();
     sum / f64::from(EDGE * EDGE)
 }

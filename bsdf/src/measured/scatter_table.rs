@@ -5,7 +5,10 @@
 //! All directions lie in the upper hemisphere (z ≥ 0), `wi` and `wo` both away from the surface;
 //! [`MeasuredBsdf`](super::MeasuredBsdf) knows the sides.
 
-use crate::angular_basis::{AngularBasis, OrientedBasis, disc_to_square, raised, square_to_disc};
+use crate::angular_basis::{
+    AngularBasis, OrientedBasis, above, disc_to_square, raised, square_to_disc,
+};
+use crate::direction::mirrored;
 use crate::tensor_tree::{Leaf, TensorTree};
 use glam::DVec3;
 use rand::RngExt;
@@ -223,8 +226,7 @@ impl ScatterTable {
                 ];
             }
             Self::Matrix { cells, nodes } => {
-                let travelling = DVec3::new(-wi.x, -wi.y, wi.z);
-                nearby.nodes[0] = (cells.locate(travelling).and_then(|c| nodes.get(c)), 1.0);
+                nearby.nodes[0] = (cells.locate(mirrored(wi)).and_then(|c| nodes.get(c)), 1.0);
             }
             Self::Tree(..) => {}
         }
@@ -268,8 +270,7 @@ impl ScatterTable {
             });
             let leaf = chosen?;
             let at = |k: usize, u: f64| leaf.corner[k] + leaf.edge * u;
-            let [x, y] = square_to_disc([at(0, rng.random()), at(1, rng.random())]);
-            let wo = DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt());
+            let wo = above(square_to_disc([at(0, rng.random()), at(1, rng.random())]));
             return Some((wi, rotated(wo, rotation)));
         }
         let nearby = self.nearby(wi);
@@ -328,8 +329,7 @@ impl ScatterTable {
             let (incidence, rotation) = Self::tree_coordinates(tree, wi);
             tree.leaves(&incidence, &mut |leaf| {
                 if leaf.value > 0.0 {
-                    let [x, y] = square_to_disc(leaf.corner.map(|c| c + 0.5 * leaf.edge));
-                    let wo = DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt());
+                    let wo = above(square_to_disc(leaf.corner.map(|c| c + 0.5 * leaf.edge)));
                     take(wi, rotated(wo, rotation), leaf.value * leaf.projected());
                 }
                 true
@@ -406,12 +406,7 @@ impl ScatterTable {
                 let side = (1.0 / tree.finest()).clamp(32.0, 128.0) as u32;
                 let at = |k: u32| (f64::from(k) + 0.5) / f64::from(side);
                 let points = (0..side).flat_map(|i| (0..side).map(move |j| [at(i), at(j)]));
-                points
-                    .map(|p| {
-                        let [x, y] = square_to_disc(p);
-                        DVec3::new(-x, -y, (1.0 - x * x - y * y).max(0.0).sqrt())
-                    })
-                    .collect()
+                points.map(|p| mirrored(above(square_to_disc(p)))).collect()
             }
         }
     }

@@ -8,58 +8,97 @@ use crate::bsdf::Polarisation;
 use crate::direction::Side;
 use crate::error::Error;
 
-/// Table from rows in any order.
-pub(super) fn from_rows(
-    header: TableHeader,
-    grid: Grid,
-    rows: impl IntoIterator<Item = EfficiencyRow>,
-) -> Result<OrderTable, Error> {
-    grid.validate()?;
-    let layout = Layout::new(&grid);
-    let mut arrays = [vec![0.0_f32; layout.entries], vec![0.0_f32; layout.entries]];
-    let mut seen = [vec![false; layout.nodes.len()], vec![false; layout.nodes.len()]];
-    let mut filled = vec![false; layout.entries];
-    for row in rows {
-        let which = match row.polarisation {
-            Polarisation::S => 0,
-            Polarisation::P => 1,
-            Polarisation::Unpolarised => return Err(Error::UnpolarisedRow),
-        };
-        let index =
-            layout.find(row.node).ok_or(Error::NoSuchNode { node: row.node.to_string() })?;
-        if std::mem::replace(&mut seen[which][index], true) {
-            let row = described(row.node, row.polarisation);
-            return Err(Error::NodeTwice { row });
-        }
-        let node = layout.nodes[index];
-        filled[node.all()].fill(false);
-        for order in row.orders {
-            let value = order.efficiency;
-            let refuse = |expected| Err(invalid(row.node, order.to, order.order, expected, value));
-            match node.entry(order.to, order.order) {
-                // NaN fails every comparison, so the range is tested positively.
-                _ if !(-EFFICIENCY_TOLERANCE..=1.0 + EFFICIENCY_TOLERANCE).contains(&value) => {
-                    return refuse("an efficiency between 0 and 1");
+impl OrderTable {
+    /// Table from one row per node and polarisation, in any order.
+    ///
+    /// # Errors
+    /// If the grid is invalid, a row is missing, doubled or outside the grid, an efficiency lies
+    /// outside 0 to 1 or belongs to an evanescent order, or the efficiencies of a node sum to more
+    /// than 1.
+    pub fn build(
+        header: TableHeader,
+        grid: Grid,
+        rows: impl IntoIterator<Item = EfficiencyRow>,
+    ) -> Result<Self, Error> {
+        grid.validate()?;
+        let layout = Layout::new(&grid);
+        let mut arrays = [vec![0.0_f32; layout.entries], vec![0.0_f32; layout.entries]];
+        let mut seen = [vec![false; layout.nodes.len()], vec![false; layout.nodes.len()]];
+        let mut filled = vec![false; layout.entries];
+        for row in rows {
+            let which = match row.polarisation {
+                Polarisation::S => 0,
+                Polarisation::P => 1,
+                Polarisation::Unpolarised => return Err(Error::UnpolarisedRow),
+            };
+            let index =
+                layout.find(row.node).ok_or(Error::NoSuchNode { node: row.node.to_string() })?;
+            if std::mem::replace(&mut seen[which][index], true) {
+                let row = described(row.node, row.polarisation);
+                return Err(Error::NodeTwice { row });
+            }
+            let node = layout.nodes[index];
+            filled[node.all()].fill(false);
+            for order in row.orders {
+                let value = order.efficiency;
+                let refuse =
+                    |expected| Err(invalid(row.node, order.to, order.order, expected, value));
+                match node.entry(order.to, order.order) {
+                    // NaN fails every comparison, so the range is tested positively.
+                    _ if !(-EFFICIENCY_TOLERANCE..=1.0 + EFFICIENCY_TOLERANCE).contains(&value) => {
+                        return refuse("an efficiency between 0 and 1");
+                    }
+                    Some(entry) if filled[entry] => return refuse("each order once"),
+                    Some(entry) => {
+                        filled[entry] = true;
+                        arrays[which][entry] = value.clamp(0.0, 1.0) as f32;
+                    }
+                    None if value <= EFFICIENCY_TOLERANCE => {}
+                    None => return refuse("no power in an order that does not propagate"),
                 }
-                Some(entry) if filled[entry] => return refuse("each order once"),
-                Some(entry) => {
-                    filled[entry] = true;
-                    arrays[which][entry] = value.clamp(0.0, 1.0) as f32;
-                }
-                None if value <= EFFICIENCY_TOLERANCE => {}
-                None => return refuse("no power in an order that does not propagate"),
             }
         }
-    }
-    for (which, polarisation) in [Polarisation::S, Polarisation::P].into_iter().enumerate() {
-        let missing = grid.nodes().zip(&seen[which]).find(|(_, seen)| !**seen);
-        if let Some((node, _)) = missing {
-            let row = described(node, polarisation);
-            return Err(Error::NodeMissing { row });
+        for (which, polarisation) in [Polarisation::S, Polarisation::P].into_iter().enumerate() {
+            let missing = grid.nodes().zip(&seen[which]).find(|(_, seen)| !**seen);
+            if let Some((node, _)) = missing {
+                let row = described(node, polarisation);
+                return Err(Error::NodeMissing { row });
+            }
         }
+        let [s, p] = arrays;
+        assemble(header, grid, layout, s, p)
     }
-    let [s, p] = arrays;
-    assemble(header, grid, layout, s, p)
+
+    /// Table from the arrays of a file, entry by entry.
+    pub(crate) fn from_parts(
+        header: TableHeader,
+        grid: Grid,
+        s: Vec<f32>,
+        p: Vec<f32>,
+    ) -> Result<Self, Error> {
+        grid.validate()?;
+        let layout = Layout::new(&grid);
+        for array in [&s, &p] {
+            if array.len() != layout.entries {
+                return Err(Error::Inconsistent {
+                    part: "number of efficiencies",
+                    expected: layout.entries.to_string(),
+                    got: array.len().to_string(),
+                });
+            }
+        }
+        // The layout lists its nodes in the order of the grid.
+        for (id, node) in grid.nodes().zip(&layout.nodes) {
+            for (entry, to, order) in node.orders() {
+                let range = 0.0..=1.0;
+                if let Some(value) = [s[entry], p[entry]].into_iter().find(|v| !range.contains(v)) {
+                    let expected = "an efficiency between 0 and 1";
+                    return Err(invalid(id, to, order, expected, f64::from(value)));
+                }
+            }
+        }
+        assemble(header, grid, layout, s, p)
+    }
 }
 
 /// A row as messages name it.
@@ -74,37 +113,6 @@ fn invalid(node: NodeId, to: Side, order: i32, expected: &'static str, value: f6
         expected,
         value,
     }
-}
-
-/// Table from the arrays of a file.
-pub(super) fn from_parts(
-    header: TableHeader,
-    grid: Grid,
-    s: Vec<f32>,
-    p: Vec<f32>,
-) -> Result<OrderTable, Error> {
-    grid.validate()?;
-    let layout = Layout::new(&grid);
-    for array in [&s, &p] {
-        if array.len() != layout.entries {
-            return Err(Error::Inconsistent {
-                part: "number of efficiencies",
-                expected: layout.entries.to_string(),
-                got: array.len().to_string(),
-            });
-        }
-    }
-    // The layout lists its nodes in the order of the grid.
-    for (id, node) in grid.nodes().zip(&layout.nodes) {
-        for (entry, to, order) in node.orders() {
-            let range = 0.0..=1.0;
-            if let Some(value) = [s[entry], p[entry]].into_iter().find(|v| !range.contains(v)) {
-                let expected = "an efficiency between 0 and 1";
-                return Err(invalid(id, to, order, expected, f64::from(value)));
-            }
-        }
-    }
-    assemble(header, grid, layout, s, p)
 }
 
 /// Checks the header and the sums, and accumulates the efficiencies for sampling.

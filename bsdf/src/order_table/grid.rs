@@ -122,13 +122,6 @@ impl Grid {
         if end == 0 { 0..0 } else { self.mirror(end - 1)..end }
     }
 
-    /// True if the node exists.
-    #[must_use]
-    pub fn exists(&self, node: NodeId) -> bool {
-        node.ky_index < self.ky.len()
-            && self.kx_indices(node.side, node.ky_index).contains(&node.kx_index)
-    }
-
     /// Number of nodes, both sides together.
     #[must_use]
     pub fn node_count(&self) -> usize {

@@ -246,14 +246,6 @@ impl OrderTable {
         self.jones.as_deref()
     }
 
-    /// The stored matrix of relative order `order` leaving on side `to`; `None` if the table has no
-    /// matrices or no such node, or the order does not propagate there.
-    #[must_use]
-    pub fn node_jones(&self, node: NodeId, to: Side, order: i32) -> Option<Jones> {
-        let entry = self.layout.nodes[self.layout.find(node)?].entry(to, order)?;
-        Some(unpacked(&self.jones.as_ref()?[entry]))
-    }
-
     /// All matrices, node by node.
     pub fn jones_rows(&self) -> Option<impl Iterator<Item = JonesRow> + '_> {
         let jones = self.jones.as_ref()?;

@@ -301,17 +301,17 @@ impl OrderTable {
         Some(BsdfSample { wo, weight: 1.0, lobe })
     }
 
-    /// Samples among the propagating orders, for power that fell into an evanescent order on side
-    /// `to`.
+    /// Samples again among the propagating orders, for light from `from` whose sampled order on
+    /// side `to` is evanescent.
     #[cold]
-    pub(super) fn sample_propagating(
+    pub fn resample_propagating(
         &self,
-        stencil: &Stencil,
         from: Side,
         to: Side,
         k: Wavevector,
         rng: &mut dyn rand::Rng,
     ) -> Option<BsdfSample> {
+        let stencil = self.stencil(from, k.kx, k.ky.abs());
         for to in [to, to.opposite()] {
             let range = self.propagating_orders(to, k);
             let mut sums = [(0_u32, 0_u32); 4];

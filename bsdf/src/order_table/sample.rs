@@ -16,7 +16,6 @@
 
 use super::OrderTable;
 use super::alias_table::{BlochNodes, KyInterval};
-use crate::bsdf::BsdfSample;
 use crate::direction::{Side, Wavevector};
 
 /// [`BinLocation::fraction`] of the mirror reflection.
@@ -172,19 +171,5 @@ impl OrderTable {
             .order(location, bin);
         let to = if sampled.inner { Side::Inner } else { Side::Outer };
         (!sampled.absorbed).then_some((to, sampled.order as i32))
-    }
-
-    /// Samples again among the propagating orders, for light from `from` whose sampled order on
-    /// side `to` is evanescent.
-    #[cold]
-    pub fn resample_propagating(
-        &self,
-        from: Side,
-        to: Side,
-        k: Wavevector,
-        rng: &mut dyn rand::Rng,
-    ) -> Option<BsdfSample> {
-        let stencil = self.stencil(from, k.kx, k.ky.abs());
-        self.sample_propagating(&stencil, from, to, k, rng)
     }
 }

@@ -11,7 +11,7 @@
 
 use super::UnitCell;
 use super::outline::Facet;
-use super::ray::{MAX_STEPS, Ray, Step};
+use super::ray::{Ray, Step};
 use crate::direction::Side;
 use glam::{DVec2, DVec3};
 
@@ -84,7 +84,8 @@ pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
             let power = beam.power * (pair[1] - pair[0]);
             let middle = beam.ray_at(0.5 * (pair[0] + pair[1]));
             if power < cell.power_cutoff {
-                out.extend(trace(cell, middle, &mut sequence).map(|ray| (ray, power)));
+                let left = cell.traced(middle, |_, hit| sequence.next() < hit.reflectance);
+                out.extend(left.map(|ray| (ray, power)));
                 continue;
             }
             let step = cell.step(&middle);
@@ -131,24 +132,6 @@ pub(super) fn lobes(cell: &UnitCell, start: Ray) -> Vec<(DVec3, f64)> {
 /// The two ends of a chord.
 fn collected(mut ends: impl Iterator<Item = DVec2>) -> Option<[DVec2; 2]> {
     Some([ends.next()?, ends.next()?])
-}
-
-/// Traces one ray until it leaves, one branch at each facet.
-fn trace(cell: &UnitCell, mut ray: Ray, sequence: &mut SplitMix64) -> Option<Ray> {
-    for _ in 0..MAX_STEPS {
-        match cell.step(&ray) {
-            Step::Hit { facet, t } => {
-                let hit = cell.interact(&ray, facet, t);
-                let reflect = sequence.next() < hit.reflectance;
-                ray = if reflect { hit.reflected } else { hit.refracted };
-            }
-            Step::Wrap { t } => cell.wrap(&mut ray, t),
-            Step::Leave => return Some(ray),
-            Step::Lost => break,
-        }
-    }
-    cell.lose();
-    None
 }
 
 /// SplitMix64: a fixed sequence of uniform numbers in 0..1 (Steele, Lea, Flood, OOPSLA 2014).

@@ -48,21 +48,17 @@ pub struct Outline {
 pub(super) struct Facet {
     pub a: DVec2,
     pub b: DVec2,
-    /// Index on the left of a→b, the side of [`Facet::normal`].
+    /// Index on the left of a→b, the side of `normal`.
     pub left: f64,
     /// Index on the right.
     pub right: f64,
     /// Facets on one straight line share this number.
     pub line: u32,
-    normal: DVec2,
+    /// Unit normal, to the left of a→b.
+    pub normal: DVec2,
 }
 
 impl Facet {
-    /// Unit normal, to the left of a→b.
-    pub fn normal(&self) -> DVec2 {
-        self.normal
-    }
-
     /// True if it lies at one z.
     pub fn is_level(&self) -> bool {
         self.a.y.to_bits() == self.b.y.to_bits()

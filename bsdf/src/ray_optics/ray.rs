@@ -155,7 +155,7 @@ impl UnitCell {
     pub(super) fn interact(&self, ray: &Ray, facet: usize, t: f64) -> FacetInteraction {
         let facet = &self.facets[facet];
         let (x, z) = ray.at(t).into();
-        let (nx, nz) = facet.normal().into();
+        let (nx, nz) = facet.normal.into();
         let normal = ray.kx * nx + ray.kz * nz;
         let tangent = ray.kx * nz - ray.kz * nx;
         let (n1, n2) =

@@ -13,6 +13,11 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 const N: f64 = 1.41;
 
+/// The same cell with another power below which it splits no beam.
+fn split_to(power_cutoff: f64, cell: UnitCell) -> UnitCell {
+    UnitCell { power_cutoff, ..cell }
+}
+
 /// A silicone outline under air.
 fn silicone(period: f64, depth: f64, points: &[&[[f64; 2]]]) -> Outline {
     Outline {
@@ -58,7 +63,7 @@ fn zoo() -> Vec<Outline> {
 fn flat_cell_is_a_smooth_interface() {
     let interface = SmoothInterface::new(N, 1.0).unwrap();
     for depth in [0.0, 2.0] {
-        let cell = UnitCell::new(&silicone(10.0, depth, &[])).unwrap().with_power_cutoff(1e-14);
+        let cell = split_to(1e-14, UnitCell::new(&silicone(10.0, depth, &[])).unwrap());
         for theta in [0.0, 0.3, 0.7, 0.8, 1.2, 1.9, 2.3, 2.8, PI] {
             let wi = spherical(theta, 0.9);
             let expected = interface.lobes(wi, Polarisation::Unpolarised);
@@ -80,7 +85,7 @@ fn plate_obeys_incoherent_airy_sums() {
     let mut plate = silicone(10.0, 3.0, &[]);
     plate.index_inner = 1.0;
     plate.background = N;
-    let cell = UnitCell::new(&plate).unwrap().with_power_cutoff(1e-12);
+    let cell = split_to(1e-12, UnitCell::new(&plate).unwrap());
     let albedo = cell.albedo(-DVec3::Z, Polarisation::Unpolarised);
     assert_abs_diff_eq!(albedo.reflected, 0.056_256_484_1, epsilon = 1e-10);
     assert_abs_diff_eq!(albedo.transmitted, 0.943_743_515_9, epsilon = 1e-10);
@@ -203,7 +208,7 @@ fn draws_agree_with_listed_lobes() {
     ];
     let level = sidak_level(zoo().len() * directions.len());
     for (k, outline) in zoo().iter().enumerate() {
-        let cell = UnitCell::new(outline).unwrap().with_power_cutoff(1e-6);
+        let cell = split_to(1e-6, UnitCell::new(outline).unwrap());
         for wi in directions {
             let drawn = test_lobes(&cell, wi, 100_000, &mut rng);
             // Beams below the cutoff are not split, so a few of the weakest directions are drawn
@@ -350,7 +355,7 @@ fn coinciding_corners_and_sides_lose_no_ray() {
         let Ok(cell) = UnitCell::new(&outline) else {
             continue;
         };
-        let cell = cell.with_power_cutoff(1e-3);
+        let cell = split_to(1e-3, cell);
         built += 1;
         for k in 0..6 {
             let side = Side::BOTH[k % 2];

@@ -177,19 +177,6 @@ struct Probe<'a> {
 }
 
 impl Probe<'_> {
-    /// The last attempt leaves `estimate` of the part `allowed` of the tolerance, and `limit` is
-    /// exhausted.
-    fn not_converged(&self, limit: Limit, last: &Resolution, allowed: f64, estimate: f64) -> Error {
-        Error::NotConverged {
-            limit,
-            tolerance: self.tolerance,
-            allowed,
-            estimate,
-            truncation: last.truncation.highest(),
-            slices: last.plan.count(),
-        }
-    }
-
     fn sample(
         &self,
         truncation: Truncation,
@@ -298,7 +285,7 @@ pub fn converge_hemisphere(
     let found = Resolution { truncation, plan };
     let rounding = rounding_error(interface.order_spacing(), truncation);
     if rounding > tolerance {
-        return Err(probe.not_converged(Limit::Digits, &found, tolerance, rounding));
+        return Err(found.not_converged(Limit::Digits, tolerance, tolerance, rounding));
     }
     let estimate = (slices_error + orders_error).max(MIN_CLAIM * tolerance).max(rounding);
     if interface.follows_walls() || found.plan.is_exact() {
@@ -340,7 +327,7 @@ fn stairs_and_orders(
         // The law tells early that it is in vain.
         let needed = highest as f64 * left / tolerance;
         if raised as f64 * REFERENCE > last_order as f64 || needed > 3.0 * last_order as f64 {
-            return Err(probe.not_converged(Limit::Orders, &here, tolerance, left));
+            return Err(here.not_converged(Limit::Orders, tolerance, tolerance, left));
         }
         (here, sample) = (finer, there);
     }
@@ -378,7 +365,7 @@ fn slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePlan, f64),
         let next = (plan.count() as f64 * growth).ceil() as usize;
         if next > max {
             let last = Resolution { truncation, plan };
-            return Err(probe.not_converged(Limit::Slices, &last, allowed, estimate));
+            return Err(last.not_converged(Limit::Slices, tolerance, allowed, estimate));
         }
         count = next;
     }
@@ -490,7 +477,7 @@ fn followed_slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePl
         if count > max {
             let [plan, _] = plans;
             let last = Resolution { truncation, plan };
-            return Err(probe.not_converged(Limit::Slices, &last, allowed, estimate));
+            return Err(last.not_converged(Limit::Slices, tolerance, allowed, estimate));
         }
     }
 }

@@ -119,14 +119,8 @@ impl<A> Found<A> {
         if estimate <= tolerance {
             return Ok(self);
         }
-        Err(Error::NotConverged {
-            limit: self.limit.unwrap_or(Limit::Work),
-            tolerance,
-            allowed: tolerance,
-            estimate,
-            truncation: self.resolution.truncation.highest(),
-            slices: self.resolution.plan.count(),
-        })
+        let limit = self.limit.unwrap_or(Limit::Work);
+        Err(self.resolution.not_converged(limit, tolerance, tolerance, estimate))
     }
 }
 
@@ -329,14 +323,7 @@ impl<'a, A> Search<'a, A> {
         let spent = weight * work(structure, &at);
         let free = if manner == Manner::Stairs { 0 } else { FREE };
         if free == 0 && spent > MAX_WORK {
-            return Err(Error::NotConverged {
-                limit: Limit::Work,
-                tolerance,
-                allowed: tolerance,
-                estimate: f64::INFINITY,
-                truncation: at.truncation.highest(),
-                slices: at.plan.count(),
-            });
+            return Err(at.not_converged(Limit::Work, tolerance, tolerance, f64::INFINITY));
         }
         let unknown = |counts: bool| if counts { f64::INFINITY } else { 0.0 };
         let is_exact = at.plan.is_exact();

@@ -5,11 +5,13 @@
 //! samples. The normal components follow from the curls: ε Ez = -(Kx Hy - ky Hx) and Hz = Kx Ey -
 //! ky Ex.
 
-use super::Sample;
 use super::slab::{Medium, Slab, Tangential};
-use super::waves::{Coefficients, Waves};
+use super::waves::Waves;
+use super::{Grid, Sample};
+use crate::linalg::CMat;
 use crate::relief::Layer;
 use crate::stack::Stack;
+use faer::Mat;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -42,8 +44,7 @@ impl<'a> Points<'a> {
     pub(super) fn new(
         stack: &'a Stack,
         waves: &Waves,
-        x: &[f64],
-        z: &'a [f64],
+        Grid { x, z }: &'a Grid,
         incident: f64,
     ) -> Self {
         let k0 = TAU / stack.wavelength();
@@ -85,52 +86,51 @@ impl<'a> Points<'a> {
     }
 
     /// The top half-space: the incident wave and the waves upward from the first plane.
-    pub(super) fn above(&mut self, top: &Coefficients, incident: &Coefficients, waves: &Waves) {
+    pub(super) fn above(&mut self, top: &Tangential, incident: &Tangential, waves: &Waves) {
         let epsilon = waves.index[0] * waves.index[0];
         for row in self.rows(f64::NEG_INFINITY, 0.0) {
             let d = self.k0() * self.z[row];
-            let at = |total: &[Complex64], coming: &[Complex64]| -> Vec<Complex64> {
-                let waves = total.iter().zip(coming).zip(&waves.kz[0]);
-                waves
-                    .map(|((total, coming), kz)| {
-                        let (down, up) =
-                            ((Complex64::I * kz * d).exp(), (-Complex64::I * kz * d).exp());
-                        let arriving = if *coming == Complex64::ZERO {
-                            Complex64::ZERO
-                        } else {
-                            coming * down
-                        };
-                        arriving + (total - coming) * up
-                    })
-                    .collect()
+            let at = |total: &CMat, coming: &CMat| -> CMat {
+                Mat::from_fn(total.nrows(), 1, |m, _| {
+                    let (total, coming, kz) = (total[(m, 0)], coming[(m, 0)], waves.kz[0][m]);
+                    let (down, up) =
+                        ((Complex64::I * kz * d).exp(), (-Complex64::I * kz * d).exp());
+                    let arriving =
+                        if coming == Complex64::ZERO { Complex64::ZERO } else { coming * down };
+                    arriving + (total - coming) * up
+                })
             };
-            let fields = Coefficients {
-                e: [0, 1].map(|i| at(&top.e[i], &incident.e[i])),
-                h: [0, 1].map(|i| at(&top.h[i], &incident.h[i])),
+            let fields = Tangential {
+                ex: at(&top.ex, &incident.ex),
+                ey: at(&top.ey, &incident.ey),
+                hy: at(&top.hy, &incident.hy),
+                hx: at(&top.hx, &incident.hx),
             };
             self.uniform(row, &fields, epsilon, waves.index[0]);
         }
     }
 
     /// The bottom half-space: the waves downward from the last plane.
-    pub(super) fn below(&mut self, bottom: &Coefficients, waves: &Waves) {
+    pub(super) fn below(&mut self, bottom: &Tangential, waves: &Waves) {
         let epsilon = waves.index[1] * waves.index[1];
         let last = self.planes[self.planes.len() - 1];
         for row in self.rows(last, f64::INFINITY) {
             let d = self.k0() * (self.z[row] - last);
-            let at = |there: &[Complex64]| -> Vec<Complex64> {
-                let waves = there.iter().zip(&waves.kz[1]);
-                waves.map(|(there, kz)| there * (Complex64::I * kz * d).exp()).collect()
+            let at = |there: &CMat| -> CMat {
+                let wave = |m: usize| (Complex64::I * waves.kz[1][m] * d).exp();
+                Mat::from_fn(there.nrows(), 1, |m, _| there[(m, 0)] * wave(m))
             };
-            let fields = Coefficients {
-                e: [0, 1].map(|i| at(&bottom.e[i])),
-                h: [0, 1].map(|i| at(&bottom.h[i])),
+            let fields = Tangential {
+                ex: at(&bottom.ex),
+                ey: at(&bottom.ey),
+                hy: at(&bottom.hy),
+                hx: at(&bottom.hx),
             };
             self.uniform(row, &fields, epsilon, waves.index[1]);
         }
     }
 
-    fn uniform(&mut self, row: usize, fields: &Coefficients, epsilon: Complex64, index: Complex64) {
+    fn uniform(&mut self, row: usize, fields: &Tangential, epsilon: Complex64, index: Complex64) {
         let ez = self.displacement_z(fields).iter().map(|d| d / epsilon).collect();
         let components = self.components(fields, None, ez);
         self.flux[row] = fields.power() / self.incident;
@@ -148,7 +148,7 @@ impl<'a> Points<'a> {
             let height = (self.k0() * (lower - self.z[row])).clamp(0.0, slab.thickness);
             let raised = medium.raised(own, height);
             let displacement = medium.displacement(&raised);
-            let fields = Coefficients::from_tangential(&medium.to_fourier(raised));
+            let fields = medium.to_fourier(raised);
             let ez = medium.divided_by_permittivity(&self.displacement_z(&fields));
             let components = self.components(&fields, Some(displacement), ez);
             self.flux[row] = fields.power() / self.incident;
@@ -157,19 +157,20 @@ impl<'a> Points<'a> {
     }
 
     /// εEz.
-    fn displacement_z(&self, fields: &Coefficients) -> Vec<Complex64> {
-        // h holds Hy and -Hx.
-        let waves = self.kx.iter().zip(fields.h[0].iter().zip(&fields.h[1]));
+    fn displacement_z(&self, fields: &Tangential) -> Vec<Complex64> {
+        let [hy, minus_hx] = [&fields.hy, &fields.hx].map(|h| h.col_as_slice(0));
+        let waves = self.kx.iter().zip(hy.iter().zip(minus_hx));
         waves.map(|(kx, (hy, minus_hx))| -(kx * hy + self.ky * minus_hx)).collect()
     }
 
     fn components(
         &self,
-        fields: &Coefficients,
+        fields: &Tangential,
         displacement_x: Option<Vec<Complex64>>,
         ez: Vec<Complex64>,
     ) -> Components {
-        let [ex, ey] = &fields.e;
+        let columns = [&fields.ex, &fields.ey, &fields.hy, &fields.hx];
+        let [ex, ey, hy, minus_hx] = columns.map(|column| column.col_as_slice(0));
         let hz = self
             .kx
             .iter()
@@ -178,8 +179,8 @@ impl<'a> Points<'a> {
             .collect();
         let divide = displacement_x.is_some();
         Components {
-            electric: [displacement_x.unwrap_or_else(|| ex.clone()), ey.clone(), ez],
-            magnetic: [fields.h[1].iter().map(|h| -h).collect(), fields.h[0].clone(), hz],
+            electric: [displacement_x.unwrap_or_else(|| ex.to_vec()), ey.to_vec(), ez],
+            magnetic: [minus_hx.iter().map(|h| -h).collect(), hy.to_vec(), hz],
             divide,
         }
     }

@@ -7,7 +7,7 @@
 use super::Incident;
 use super::evaluate::Points;
 use super::slab::{Medium, Slab, Tangential};
-use super::waves::{Coefficients, Waves};
+use super::waves::Waves;
 use crate::error::Error;
 use crate::linalg::{CMat, Lu, inverse, mul};
 use crate::orders::Truncation;
@@ -34,8 +34,8 @@ pub(super) fn matrices(stack: &Stack, truncation: Truncation) -> f64 {
 
 /// The field on the first and on the last plane of the structure.
 pub(super) struct PlaneFields {
-    pub(super) top: Coefficients,
-    pub(super) bottom: Coefficients,
+    pub(super) top: Tangential,
+    pub(super) bottom: Tangential,
 }
 
 /// One slab, and how t below it follows from t above it.
@@ -202,7 +202,7 @@ pub(super) fn solve(
     }
     let total = ascent.at.number;
     let t = top_parameters(waves, &ascent.at.state, incident);
-    let top = Coefficients::from_state(&ascent.at.state, &t);
+    let top = Tangential::from_state(&ascent.at.state, &t);
     points.above(&top, &waves.incoming(incident), waves);
 
     // Down: the slabs above a saved state once more, then the field through them.
@@ -222,8 +222,8 @@ pub(super) fn solve(
             let below: Vec<Complex64> = (0..t.len())
                 .map(|i| (0..t.len()).map(|j| step.down[(i, j)] * t[j]).sum())
                 .collect();
-            bottom = Coefficients::from_state(&step.below, &below);
-            let own = step.medium.to_own(&bottom.tangential());
+            bottom = Tangential::from_state(&step.below, &below);
+            let own = step.medium.to_own(&bottom);
             points.within(&step.slab, &step.medium, &own);
         }
     }

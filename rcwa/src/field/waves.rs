@@ -44,20 +44,22 @@ impl Waves {
 
     /// Coefficients of the incident wave on the first plane: s has E = s and H = kz k∥/|k∥|, p has
     /// E = (kz/n) k∥/|k∥| and H = n s.
-    pub(super) fn incoming(&self, incident: &Incident) -> Coefficients {
+    pub(super) fn incoming(&self, incident: &Incident) -> Tangential {
         let m = self.position(incident.order);
         let ((cos, sin), n, kz) = (self.frame[m], self.index[0], self.kz[0][m]);
         let [s, p] = incident.amplitudes;
-        let at = |value: Complex64| -> Vec<Complex64> {
-            let mut all = vec![Complex64::ZERO; self.kx.len()];
-            all[m] = value;
+        let at = |value: Complex64| -> CMat {
+            let mut all: CMat = Mat::zeros(self.kx.len(), 1);
+            all[(m, 0)] = value;
             all
         };
         // In (Ex, Ey) and (Hy, -Hx) the magnetic vectors look like the electric ones.
         let (along, across) = (p * kz / n, p * n);
-        Coefficients {
-            e: [at(along * cos - s * sin), at(along * sin + s * cos)],
-            h: [at(across * cos - s * kz * sin), at(across * sin + s * kz * cos)],
+        Tangential {
+            ex: at(along * cos - s * sin),
+            ey: at(along * sin + s * cos),
+            hy: at(across * cos - s * kz * sin),
+            hx: at(across * sin + s * kz * cos),
         }
     }
 
@@ -66,14 +68,14 @@ impl Waves {
         &self,
         open: &[Channel],
         incident: &Incident,
-        top: &Coefficients,
+        top: &Tangential,
     ) -> f64 {
         let power = |channel: &Channel| {
             let m = self.position(channel.order);
             let (cos, sin) = self.frame[m];
             let [mut s, mut p] = [
-                top.e[1][m] * cos - top.e[0][m] * sin,
-                (top.h[0][m] * cos + top.h[1][m] * sin) / self.index[0],
+                top.ey[(m, 0)] * cos - top.ex[(m, 0)] * sin,
+                (top.hy[(m, 0)] * cos + top.hx[(m, 0)] * sin) / self.index[0],
             ];
             if channel.order == incident.order {
                 // The incident wave has E·s = a_s and H·s = n a_p.
@@ -86,38 +88,14 @@ impl Waves {
     }
 }
 
-/// Tangential coefficients of one field: e is (Ex, Ey), h is (Hy, -Hx).
-#[derive(Clone, Debug)]
-pub(super) struct Coefficients {
-    pub(super) e: [Vec<Complex64>; 2],
-    pub(super) h: [Vec<Complex64>; 2],
-}
-
-impl Coefficients {
+/// Of one field, in a single column.
+impl Tangential {
     /// Downward power through the plane, in units in which a wave of unit amplitude carries kz.
     pub(super) fn power(&self) -> f64 {
-        let of = |e: &[Complex64], h: &[Complex64]| -> f64 {
-            e.iter().zip(h).map(|(e, h)| (e.conj() * h).re).sum()
+        let of = |e: &CMat, h: &CMat| -> f64 {
+            e.col_as_slice(0).iter().zip(h.col_as_slice(0)).map(|(e, h)| (e.conj() * h).re).sum()
         };
-        of(&self.e[0], &self.h[0]) + of(&self.e[1], &self.h[1])
-    }
-
-    pub(super) fn from_tangential(fields: &Tangential) -> Self {
-        let column = |m: &CMat| (0..m.nrows()).map(|i| m[(i, 0)]).collect();
-        Self {
-            e: [column(&fields.ex), column(&fields.ey)],
-            h: [column(&fields.hy), column(&fields.hx)],
-        }
-    }
-
-    pub(super) fn tangential(&self) -> Tangential {
-        let column = |v: &[Complex64]| Mat::from_fn(v.len(), 1, |i, _| v[i]);
-        Tangential {
-            ex: column(&self.e[0]),
-            ey: column(&self.e[1]),
-            hy: column(&self.h[0]),
-            hx: column(&self.h[1]),
-        }
+        of(&self.ex, &self.hy) + of(&self.ey, &self.hx)
     }
 
     /// From N and t.
@@ -126,12 +104,14 @@ impl Coefficients {
         let e: Vec<Complex64> =
             (0..2 * n).map(|i| (0..2 * n).map(|j| state[(i, j)] * t[j]).sum()).collect();
         let h: Vec<Complex64> = t.iter().zip(&e).map(|(t, e)| t - e).collect();
-        let halves = |v: &[Complex64]| [v[..n].to_vec(), v[n..].to_vec()];
-        Self { e: halves(&e), h: halves(&h) }
+        let column = |v: &[Complex64]| Mat::from_fn(n, 1, |i, _| v[i]);
+        Self { ex: column(&e[..n]), ey: column(&e[n..]), hy: column(&h[..n]), hx: column(&h[n..]) }
     }
 
+    /// t.
     pub(super) fn sum(&self) -> Vec<Complex64> {
-        let one = |i: usize| self.e[i].iter().zip(&self.h[i]).map(|(e, h)| e + h);
-        one(0).chain(one(1)).collect()
+        let pairs = [(&self.ex, &self.hy), (&self.ey, &self.hx)];
+        let rows = pairs.map(|(e, h)| e.col_as_slice(0).iter().zip(h.col_as_slice(0)));
+        rows.into_iter().flatten().map(|(e, h)| e + h).collect()
     }
 }

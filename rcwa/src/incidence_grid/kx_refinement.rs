@@ -10,10 +10,9 @@
 //! is more. A part of it is the error: with 2 to 16 kx to a zone against many more, on periods of
 //! 0.6 to 11 µm, 0.1 to 0.61 of it.
 
-use super::{GridRequest, KyRow};
+use super::{GridRequest, KyRow, kind_and_transmittance};
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Incidence, Interface, Resolution};
-use crate::wave::{Pol, Side};
 use std::f64::consts::PI;
 
 /// Part of the difference to half as many kx that remains as error.
@@ -38,14 +37,8 @@ pub(super) fn refined(
             return Ok((kx_per_zone, left));
         }
         if 2 * kx_per_zone > max {
-            return Err(Error::NotConverged {
-                limit: Limit::Kx,
-                tolerance: request.tolerance,
-                allowed: request.tolerance,
-                estimate,
-                truncation: resolution.truncation.highest(),
-                slices: resolution.plan.count(),
-            });
+            let tolerance = request.tolerance;
+            return Err(resolution.not_converged(Limit::Kx, tolerance, tolerance, estimate));
         }
         kx_per_zone *= 2;
         for (row, added) in all.iter_mut().zip(between()?) {
@@ -87,11 +80,9 @@ fn steps(incidences: &[Incidence]) -> [f64; 4] {
     // Sum and number, of even and of odd kx.
     let mut sums = [[[0.0_f64; 2]; 2]; 4];
     for incidence in incidences {
-        let side = usize::from(incidence.side == Side::Bottom);
-        let kind = 2 * side + usize::from(incidence.pol == Pol::P);
-        let through = incidence.efficiencies.iter().filter(|s| s.0 == Side::Bottom);
+        let (kind, transmitted) = kind_and_transmittance(incidence);
         let sum = &mut sums[kind][incidence.kx_index.rem_euclid(2) as usize];
-        sum[0] += through.map(|s| s.2).sum::<f64>();
+        sum[0] += transmitted;
         sum[1] += 1.0;
     }
     // Where no kx of one half carries light, that half knows of none.

@@ -25,22 +25,11 @@ struct Key<'a> {
     value: Vec<Numbered<'a>>,
 }
 
-/// The content of an entry.
-enum ParsedEntry {
-    N(Source),
-    K(Source),
-    Nk(Material),
-}
-
 pub(super) fn parse(text: &str) -> Result<Material, MaterialError> {
     let (mut n, mut k) = (None, None);
     for entry in entries(&data_lines(text)?)? {
         let line = entry.line;
-        let (new_n, new_k) = match read_entry(&entry)? {
-            ParsedEntry::N(source) => (Some(source), None),
-            ParsedEntry::K(source) => (None, Some(source)),
-            ParsedEntry::Nk(material) => (Some(material.n), Some(material.k)),
-        };
+        let [new_n, new_k] = read_entry(&entry)?;
         for (slot, new, key) in [(&mut n, new_n, "n"), (&mut k, new_k, "k")] {
             if slot.is_some() && new.is_some() {
                 return Err(MaterialError::Twice { line, key: key.into() });
@@ -148,7 +137,8 @@ fn entries<'a>(lines: &[Numbered<'a>]) -> Result<Vec<Entry<'a>>, MaterialError> 
     Ok(entries)
 }
 
-fn read_entry(entry: &Entry) -> Result<ParsedEntry, MaterialError> {
+/// The sources of n and k that an entry gives.
+fn read_entry(entry: &Entry) -> Result<[Option<Source>; 2], MaterialError> {
     const KEYS: [&str; 5] = ["type", "data", "coefficients", "wavelength_range", "range"];
     if let Some(unknown) = entry.keys.iter().find(|k| !KEYS.contains(&k.name)) {
         let line = unknown.line;
@@ -160,13 +150,12 @@ fn read_entry(entry: &Entry) -> Result<ParsedEntry, MaterialError> {
     let in_entry = |problem| MaterialError::Entry { line: entry.line, problem: Box::new(problem) };
     match kind[..] {
         ["tabulated", "nk"] => {
-            Material::tabulated(&rows(entry)?).map(ParsedEntry::Nk).map_err(in_entry)
+            let both = Material::tabulated(&rows(entry)?).map_err(in_entry)?;
+            Ok([Some(both.n), Some(both.k)])
         }
-        ["tabulated", "n"] => {
-            Table::new(rows(entry)?).map(|t| ParsedEntry::N(Source::Table(t))).map_err(in_entry)
-        }
-        ["tabulated", "k"] => {
-            Table::new(rows(entry)?).map(|t| ParsedEntry::K(Source::Table(t))).map_err(in_entry)
+        ["tabulated", which @ ("n" | "k")] => {
+            let table = Some(Source::Table(Table::new(rows(entry)?).map_err(in_entry)?));
+            Ok(if which == "n" { [table, None] } else { [None, table] })
         }
         ["formula", number] => {
             let formula = number.parse().ok().and_then(Formula::from_number).ok_or_else(|| {
@@ -186,9 +175,8 @@ fn read_entry(entry: &Entry) -> Result<ParsedEntry, MaterialError> {
                     expected: "wavelength_range of two numbers",
                     got: format!("{got:?}"),
                 })?;
-            formula_source(formula, &numbers(coefficients)?, range)
-                .map(ParsedEntry::N)
-                .map_err(in_entry)
+            let source = formula_source(formula, &numbers(coefficients)?, range);
+            Ok([Some(source.map_err(in_entry)?), None])
         }
         _ => Err(MaterialError::Line {
             line: entry.line,

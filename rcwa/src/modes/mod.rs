@@ -42,7 +42,7 @@ use crate::error::Error;
 use crate::expansion::real::RealFunctions;
 use crate::expansion::{Expansion, FourierOrders};
 use crate::linalg::{CMat, Scalar, adjoint, delta, mul};
-use crate::relief::Layer;
+use crate::relief::{Layer, is_dielectric};
 use faer::Mat;
 use num_complex::Complex64;
 
@@ -115,7 +115,7 @@ pub(crate) fn modes(layer: &Layer, kx: &[f64]) -> Result<Modes, Error> {
     if let Some(index) = layer.uniform_index() {
         return Ok(uniform::modes(index, kx));
     }
-    let definite = layer.segments.iter().all(|s| s.index.im == 0.0 && s.index.re > 0.0);
+    let definite = layer.segments.iter().all(|s| is_dielectric(s.index));
     let solved = if definite { lossless::modes(layer, kx)? } else { None };
     match solved {
         Some(modes) => Ok(modes),

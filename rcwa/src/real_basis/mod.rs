@@ -28,11 +28,10 @@ use crate::expansion::real::RealFunctions;
 use crate::fourier::{is_symmetric_about, symmetry_centres};
 use crate::orders::wavevectors;
 use crate::orders::{Bloch, SymmetricBloch, Truncation};
-use crate::relief::Wall;
+use crate::relief::{Wall, is_dielectric};
 use crate::stack::Stack;
 use crate::stack::arithmetic::THIN;
 use crate::wave::Side;
-use num_complex::Complex64;
 
 /// Layers that take more slabs than this are left to complex arithmetic.
 const MOST_SLABS: f64 = 4.0;
@@ -107,7 +106,6 @@ impl RealBasis {
 /// True where there is no loss, no metal and no layer that is thick for waves of this in-plane
 /// wavevector.
 fn applies(stack: &Stack, steepest: f64) -> bool {
-    let is_dielectric = |n: Complex64| n.im == 0.0 && n.re > 0.0;
     Side::BOTH.into_iter().all(|side| is_dielectric(stack.index(side)))
         && stack.layers().iter().all(|layer| {
             layer.segments.iter().all(|s| is_dielectric(s.index))

@@ -143,7 +143,7 @@ fn wrapped(x0: f64, x1: f64) -> impl Iterator<Item = [f64; 2]> {
 }
 
 /// Appends a segment, or lengthens the last one if it is of the same index.
-pub(super) fn push_merged(segments: &mut Vec<Segment>, next: Segment) {
+pub(crate) fn push_merged(segments: &mut Vec<Segment>, next: Segment) {
     match segments.last_mut() {
         Some(last) if last.index == next.index => last.x1 = next.x1,
         _ => segments.push(next),

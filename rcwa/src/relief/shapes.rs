@@ -60,35 +60,6 @@ pub fn triangle(period: f64, apex: [f64; 2], materials: Materials) -> Result<Rel
     materials.relief(period, apex[1], vec![[0.0, 0.0], [period, 0.0], apex])
 }
 
-/// A triangle on the chord with the interior angles (in degrees) at x = 0 and at its apex.
-///
-/// # Errors
-/// Angles that are not positive or leave nothing for the third corner.
-pub fn triangle_by_angles(
-    period: f64,
-    base_deg: f64,
-    apex_deg: f64,
-    materials: Materials,
-) -> Result<Relief, ReliefError> {
-    for (what, got) in
-        [("the base angle in degrees", base_deg), ("the apex angle in degrees", apex_deg)]
-    {
-        if !(got > 0.0 && got < 180.0) {
-            return Err(ReliefError::Shape { what, expected: "between 0 and 180", got });
-        }
-    }
-    let sum = base_deg + apex_deg;
-    if sum >= 180.0 {
-        let what = "the sum of base and apex angle in degrees";
-        return Err(ReliefError::Shape { what, expected: "below 180", got: sum });
-    }
-    // Law of sines: the side from the base corner to the apex faces the third angle.
-    let third = (180.0 - sum).to_radians();
-    let side = period * third.sin() / apex_deg.to_radians().sin();
-    let (sin, cos) = base_deg.to_radians().sin_cos();
-    triangle(period, [side * cos, side * sin], materials)
-}
-
 /// Steps of the given tread and riser seen along their slope: a right triangle whose hypotenuse is
 /// the period, the tread rising from x = 0 and the riser falling back to x = period.
 ///

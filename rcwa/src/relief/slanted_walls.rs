@@ -174,13 +174,6 @@ fn slope(relief: &Relief, x: f64, z: f64) -> f64 {
     found
 }
 
-/// True where `relief` consists of dielectrics alone.
-pub(crate) fn is_dielectric(relief: &Relief) -> bool {
-    let indices = relief.polygons().iter().map(|p| p.index);
-    let mut all = indices.chain([relief.background()]);
-    all.all(|n: Complex64| n.im == 0.0 && n.re > 0.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -142,7 +142,7 @@ impl<T: Scalar> State<T> {
         cross_electric(&mut scratch.by_below, &self.electric_by_below, interface, ky);
         std::mem::swap(&mut scratch.by_below, &mut self.electric_by_below);
         if self.parameters == Parameters::Magnetic {
-            magnetic_blocks(&mut self.magnetic, interface, ky);
+            magnetic_blocks(&mut self.magnetic, 0, interface, ky);
             self.magnetic_by_below.fill(T::ZERO);
             self.parameters = Parameters::General;
         } else {
@@ -192,20 +192,26 @@ fn cross_magnetic<T: Scalar>(
     }
 }
 
-/// Writes to `out` what [`cross_magnetic`] makes of the identity.
-fn magnetic_blocks<T: Scalar>(out: &mut Mat<T>, interface: &InterfaceMatrices<T>, ky: f64) {
-    let (lsm, lse) = (interface.magnetic.nrows(), interface.lse.nrows());
-    for j in 0..lsm {
-        let (upper, lower) = out.col_as_slice_mut(j).split_at_mut(lsm);
-        upper.copy_from_slice(interface.magnetic.col_as_slice(j));
-        let coupling = interface.magnetic_coupling.col_as_slice(j);
-        for (to, from) in lower.iter_mut().zip(coupling) {
-            *to = from.scaled(ky);
+/// Writes to `out`, from `row` on, what [`cross_magnetic`] makes of the identity; 0 elsewhere.
+pub(super) fn magnetic_blocks<T: Scalar>(
+    out: &mut Mat<T>,
+    row: usize,
+    interface: &InterfaceMatrices<T>,
+    ky: f64,
+) {
+    let lsm = interface.magnetic.nrows();
+    out.fill(T::ZERO);
+    place(out, [row, 0], &interface.magnetic, 1.0);
+    place(out, [row + lsm, 0], &interface.magnetic_coupling, ky);
+    place(out, [row + lsm, lsm], &interface.lse, 1.0);
+}
+
+/// Writes a matrix, scaled, into a larger one, from a row and a column on.
+pub(super) fn place<T: Scalar>(to: &mut Mat<T>, [row, column]: [usize; 2], from: &Mat<T>, by: f64) {
+    for j in 0..from.ncols() {
+        let target = &mut to.col_as_slice_mut(column + j)[row..row + from.nrows()];
+        for (to, from) in target.iter_mut().zip(from.col_as_slice(j)) {
+            *to = from.scaled(by);
         }
-    }
-    for j in 0..lse {
-        let (upper, lower) = out.col_as_slice_mut(lsm + j).split_at_mut(lsm);
-        upper.fill(T::ZERO);
-        lower.copy_from_slice(interface.lse.col_as_slice(j));
     }
 }

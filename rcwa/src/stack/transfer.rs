@@ -12,7 +12,7 @@ use super::arithmetic::Arithmetic;
 use super::interface::InterfaceMatrices;
 use super::ky_batch::KyBatch;
 use super::propagate::{LayerStep, choose_parameters, pass_thin_layers};
-use super::state::{Parameters, Scratch, State};
+use super::state::{Parameters, Scratch, State, magnetic_blocks, place};
 use crate::linalg::{Accum, Scalar, product};
 use crate::modes::Modes;
 use faer::prelude::ReborrowMut;
@@ -269,25 +269,12 @@ fn identity_parameters<T: Scalar>(state: &mut State<T>) {
 /// Makes every coordinate below an interface a parameter of the fields above it.
 fn interface_parameters<T: Scalar>(interface: &InterfaceMatrices<T>, state: &mut State<T>) {
     let (lsm, lse) = (interface.electric.nrows(), interface.lse.nrows());
-    state.electric.fill(T::ZERO);
-    state.magnetic.fill(T::ZERO);
-    let ky = state.ky;
-    let place = |to: &mut Mat<T>, row: usize, column: usize, from: &Mat<T>, by: f64| {
-        for j in 0..from.ncols() {
-            let target = &mut to.col_as_slice_mut(column + j)[row..row + from.nrows()];
-            for (to, from) in target.iter_mut().zip(from.col_as_slice(j)) {
-                *to = from.scaled(by);
-            }
-        }
-    };
-    let (e, h) = (&mut state.electric, &mut state.magnetic);
-    place(e, 0, 0, &interface.electric, 1.0);
-    place(e, 0, lsm, &interface.electric_coupling, ky);
-    place(e, lsm, lsm, &interface.lse, 1.0);
-    let below = lsm + lse;
-    place(h, below, 0, &interface.magnetic, 1.0);
-    place(h, below + lsm, 0, &interface.magnetic_coupling, ky);
-    place(h, below + lsm, lsm, &interface.lse, 1.0);
+    let (ky, e) = (state.ky, &mut state.electric);
+    e.fill(T::ZERO);
+    place(e, [0, 0], &interface.electric, 1.0);
+    place(e, [0, lsm], &interface.electric_coupling, ky);
+    place(e, [lsm, lsm], &interface.lse, 1.0);
+    magnetic_blocks(&mut state.magnetic, lsm + lse, interface, ky);
 }
 
 /// Even and odd parts of a transfer, the latter over ky, in the order of [`Transfer`].

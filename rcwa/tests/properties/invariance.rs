@@ -6,7 +6,7 @@ use super::random::{
     Fill, Verdict, Wave, bloch, check, highest, layers, polygon, small, solve, stack, wavevector,
     with_layers,
 };
-use crate::support::{largest_difference, waves};
+use crate::support::{largest_difference, moved, waves};
 use num_complex::Complex64;
 use proptest::prelude::*;
 use rcwa::relief::{Layer, Segment};
@@ -83,8 +83,8 @@ fn moving_a_polygon_moves_its_layers() {
         let of = |relief: &rcwa::relief::Relief| {
             Stack::new(1.0, period, 1.5.into(), 1.0.into(), relief.slices(3)).unwrap()
         };
-        let (stack, moved) = (of(&relief), of(&relief.shifted(dx)));
-        same_shares(&stack, &moved, k, highest)
+        let (stack, image) = (of(&relief), of(&moved(&relief, |x| x + dx)));
+        same_shares(&stack, &image, k, highest)
     });
 }
 

@@ -4,7 +4,7 @@
 #![allow(dead_code, reason = "each test program uses a part of it")]
 
 use num_complex::Complex64;
-use rcwa::relief::{Layer, Segment};
+use rcwa::relief::{Layer, Polygon, Relief, Segment};
 use rcwa::{Bloch, Pol, Scattering, Side, Stack, Truncation};
 use serde_json::Value;
 
@@ -33,6 +33,16 @@ pub fn entries(value: &Value) -> Vec<(f64, Value)> {
 
 pub fn real(n: f64) -> Complex64 {
     Complex64::new(n, 0.0)
+}
+
+/// The relief with every x taken through `place`.
+pub fn moved(relief: &Relief, place: impl Fn(f64) -> f64) -> Relief {
+    let polygon = |p: &Polygon| {
+        let points = p.points.iter().map(|[x, z]| [place(*x), *z]).collect();
+        Polygon { index: p.index, points }
+    };
+    let polygons = relief.polygons().iter().map(polygon).collect();
+    Relief::new(relief.period(), relief.depth(), relief.background(), polygons).unwrap()
 }
 
 /// A layer of segments given by where they end and their index.

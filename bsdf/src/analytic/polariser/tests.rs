@@ -12,7 +12,7 @@ use crate::direction::spherical;
 const AIR: [f64; 2] = [1.0, 1.0];
 
 fn shares(transmittance: f64, reflectance: f64) -> AxisShares {
-    AxisShares::constant(transmittance, reflectance).unwrap()
+    AxisShares::new(&[[0.0, transmittance]], &[[0.0, reflectance]]).unwrap()
 }
 
 fn absorbing(angle: f64) -> Polariser {
