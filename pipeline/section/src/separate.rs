@@ -34,6 +34,8 @@ pub enum Variant {
     Chords,
     /// Light leaves a ring anywhere on it.
     RandomExit,
+    /// Light that meets the surface again meets a smooth one.
+    SmoothAgain,
     /// Orders leave with the spread of their ring's width.
     RingAperture,
     /// Orders leave with the spread of the width of neighbours of one shape.
@@ -98,11 +100,12 @@ pub fn separate(
     let [ring, group] = [false, true].map(|together| section.apertures(together));
     let sharp = Trial::default();
     let through = |apertures| Trial { apertures: Some(apertures), ..sharp };
-    let variants: [(Variant, &[Surface], Trial); 7] = [
+    let variants: [(Variant, &[Surface], Trial); 8] = [
         (Variant::Rays, &relief, sharp),
         (Variant::Hybrid, &bands, sharp),
         (Variant::Chords, &chords, sharp),
         (Variant::RandomExit, &bands, Trial { random_exit: true, ..sharp }),
+        (Variant::SmoothAgain, &bands, Trial { smooth_again: true, ..sharp }),
         (Variant::RingAperture, &bands, through(&ring)),
         (Variant::GroupAperture, &bands, through(&group)),
         (Variant::ChordsGroupAperture, &chords, through(&group)),

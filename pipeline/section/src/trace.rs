@@ -41,6 +41,8 @@ pub struct Trial<'a> {
     pub apertures: Option<&'a [f64]>,
     /// Light leaves a ring anywhere on it, with equal chance.
     pub random_exit: bool,
+    /// Light that has met the surface, not the mirror, meets a smooth one from then on.
+    pub smooth_again: bool,
 }
 
 /// Shares of the emitted power.
@@ -116,7 +118,8 @@ fn follow(scene: &Scene, source: [f64; 2], rng: &mut Pcg64Mcg) -> Option<(f64, u
         let number = hit?.1;
         let surface = &scene.surfaces[number];
         let normal = surface.normal(at);
-        let table = scene.tables.and_then(|tables| tables.ring(surface.ring?, scene.polarisation));
+        let tables = scene.tables.filter(|_| meetings == 0 || !scene.trial.smooth_again);
+        let table = tables.and_then(|tables| tables.ring(surface.ring?, scene.polarisation));
         // A ray that comes from the wrong side has slipped through a corner.
         let along = way[0] * normal[0] + way[1] * normal[1];
         if (along > 0.0) != inside {

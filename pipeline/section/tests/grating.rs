@@ -86,12 +86,14 @@ fn check(teeth: [usize; 2], tolerances: [f64; 2]) {
         let errors = teeth.map(|teeth| largest_error(teeth, field, pol));
         assert!(errors.iter().zip(tolerances).all(|(error, most)| *error < most), "{errors:?}");
         // Edges count as one over the number of teeth.
-        assert!(errors[1] < 0.75 * errors[0], "{errors:?}");
+        let share = teeth[0] as f64 / teeth[1] as f64;
+        assert!(errors[1] < 1.5 * share * errors[0], "{errors:?}");
     }
 }
 
 #[test]
-#[ignore = "slow: eight teeth by full wave (20 s)"]
-fn few_teeth_approach_the_endless_grating() {
+#[ignore = "slow: forty teeth by full wave (30 s)"]
+fn teeth_approach_the_endless_grating() {
     check([4, 8], [0.07, 0.04]);
+    check([8, 40], [0.04, 0.01]);
 }
