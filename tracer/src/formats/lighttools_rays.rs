@@ -201,10 +201,7 @@ impl<W: Write + Seek> LightToolsWriter<W> {
     /// If the sink fails.
     #[inline]
     pub fn write(&mut self, ray: &RayRecord) -> Result<(), RayFileError> {
-        let ([x, y, z], [l, m, n]) = (ray.position, ray.direction);
-        let row = [x, y, z, l, m, n, ray.flux, ray.wavelength];
-        let columns = if self.columns.coloured { 8 } else { 7 };
-        Ok(self.sink.push_row(&row[..columns], ray.flux)?)
+        Ok(self.sink.push(ray, self.columns.coloured.then_some(ray.wavelength))?)
     }
 
     /// Writes the end mark, fills in the header, and returns the number of rays and their flux.

@@ -11,7 +11,9 @@
 //! code of TM25RaySetTools (`ZemaxBinary.h`).
 
 use super::FormatError;
-use super::rays::{RayBlocks, RayFileError, RayRecord, RaySink, f32_at, u32_at, vector_at};
+use super::rays::{
+    Counted, RayBlocks, RayFileError, RayRecord, RaySink, f32_at, u32_at, vector_at,
+};
 use std::io::{Read, Seek, Write};
 
 /// First bytes of a file: the format's number now and that of older files.
@@ -59,8 +61,8 @@ impl<R: Read> ZemaxReader<R> {
     /// # Errors
     /// If it is no such file, or of another length.
     pub fn new(source: R, length: Option<u64>) -> Result<Self, RayFileError> {
-        let mut rays = RayBlocks::new(source);
-        let bytes = rays.header("a Zemax ray header", HEADER)?;
+        let mut source = Counted::new(source);
+        let bytes = source.part("a Zemax ray header", HEADER as u64)?;
         let code = |at: usize, expected: &str, allowed: &[u32]| {
             let value = u32_at(&bytes, at);
             if allowed.contains(&value) {
@@ -87,7 +89,7 @@ impl<R: Read> ZemaxReader<R> {
             millimetres: MILLIMETRES[unit as usize],
         };
         let stride = if coloured { 32 } else { 28 };
-        rays.expect(header.rays, stride, length)?;
+        let rays = RayBlocks::new(source, header.rays, stride, length)?;
         Ok(Self { rays, header })
     }
 
@@ -166,10 +168,7 @@ impl<W: Write + Seek> ZemaxWriter<W> {
     /// If the sink fails.
     #[inline]
     pub fn write(&mut self, ray: &RayRecord) -> Result<(), RayFileError> {
-        let ([x, y, z], [l, m, n]) = (ray.position, ray.direction);
-        let row = [x, y, z, l, m, n, ray.flux, 1e-3 * ray.wavelength];
-        let columns = if self.coloured { 8 } else { 7 };
-        Ok(self.sink.push_row(&row[..columns], ray.flux)?)
+        Ok(self.sink.push(ray, self.coloured.then_some(1e-3 * ray.wavelength))?)
     }
 
     /// Fills in the header, and returns the number of rays and their flux.
