@@ -338,27 +338,6 @@ impl Scene {
         }
     }
 
-    /// The nearest hit on one instance and on the array solids, but not on `except`.
-    fn nearest_of_one(
-        &self,
-        ray: &Ray,
-        mut reach: Reach,
-        except: Option<u32>,
-        only: u32,
-    ) -> Option<(u32, BodyHit)> {
-        let mut found = None;
-        for number in [Some(only), self.array_solids].into_iter().flatten() {
-            if except == Some(number) {
-                continue;
-            }
-            if let Some(met) = self.instances.one(&self.bodies, ray, reach, number) {
-                reach.to = met.1.at.distance;
-                found = Some(met);
-            }
-        }
-        found
-    }
-
     /// The nearest surface that borders the region of the ray, met from that region. Only for
     /// scenes without instances in array solids; [`Scene::nearest_anywhere`] serves all.
     #[expect(
@@ -377,18 +356,22 @@ impl Scene {
         match location {
             Location::Inside { instance, medium } => {
                 let body = self.body(instance);
-                let hit = body.nearest_from_medium(medium, ray, reach)?;
+                let hit = body.nearest(Some(medium), ray, reach)?;
                 Some(Self::hit_of(body, Some(instance), hit))
             }
             Location::World => {
-                let ground = self.ground.nearest_from_world(ray, reach);
+                let ground = self.ground.nearest(None, ray, reach);
                 if let Some(hit) = ground {
                     reach.to = hit.at.distance;
                 }
                 let except = candidates.except;
                 let met = match candidates.only {
                     None => self.instances.nearest(&self.bodies, ray, reach, except),
-                    Some(only) => self.nearest_of_one(ray, reach, except, only),
+                    Some(only) => {
+                        let both = [Some(only), self.array_solids].into_iter().flatten();
+                        let numbers = both.filter(|number| except != Some(*number));
+                        self.instances.nearest_of(&self.bodies, ray, reach, numbers)
+                    }
                 };
                 if let Some((instance, hit)) = met {
                     return Some(Self::hit_of(self.body(instance), Some(instance), hit));
