@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The walker: follows one path from its source to its end.
 //!
-//! [`Tracer::walk`] is the algorithm: intersect, transmit, show to the receivers, scatter, go on.
+//! [`Tracer::walk_to`] is the algorithm: intersect, transmit, show to the receivers, scatter, go on.
 //! The batches take the same steps.
 
 use bsdf::Side;
@@ -23,9 +23,6 @@ use crate::surface::Region;
 
 /// Times that media may scatter a path for each surface that it may meet.
 const SCATTERINGS_PER_BOUNCE: u32 = 100;
-
-/// Directions of light that is emitted in a medium.
-const ISOTROPIC: PhaseFunction = PhaseFunction::HenyeyGreenstein(0.0);
 
 /// Constants of all paths of a run.
 pub(crate) struct Tracer<'a> {
@@ -151,29 +148,6 @@ impl<'a> Tracer<'a> {
             wavelength: self.wavelength,
             history: PathHistory::new(number as u32),
         }
-    }
-
-    /// Follows a path to its end and books all of its power.
-    #[inline]
-    pub fn walk<L: Light>(
-        &self,
-        state: &mut PathState,
-        mut light: L,
-        rng: &mut impl Rng,
-        tally: &mut Tally<'_>,
-        observer: &mut impl Observer,
-    ) {
-        // A copy, which the compiler keeps in registers.
-        let mut path = *state;
-        while path.history.bounces < self.max_bounces {
-            let hit = self.intersect(&path);
-            if !self.interact(&mut path, hit, &mut light, rng, tally, observer) {
-                *state = path;
-                return;
-            }
-        }
-        self.give_up(&path, tally, observer);
-        *state = path;
     }
 
     /// Follows a path until it has met `surfaces` surfaces; true if it has ended, and all of its
@@ -418,7 +392,7 @@ impl<'a> Tracer<'a> {
             Collision::Excites(luminophore, line) => {
                 match self.convert(luminophore, line, weight, rng, tally) {
                     Some(number) => {
-                        let direction = ISOTROPIC.sample(ray.direction, rng);
+                        let direction = PhaseFunction::ISOTROPIC.sample(ray.direction, rng);
                         Flight::Converted(Ray { origin, direction }, number)
                     }
                     None => Flight::Absorbed(free),
