@@ -2,13 +2,13 @@
 //! Scattering of one ray by a surface: the direction, the side and the efficiency with which it
 //! goes on.
 
-use bsdf::{PolarisedBsdf, s_axis};
-use bsdf::{Side, Transport};
+use bsdf::direction::Frame;
+use bsdf::{BsdfSample, PolarisedBsdf, Side, Transport, s_axis};
 use glam::DVec3;
 use num_complex::Complex64;
 use rand::Rng;
 
-use crate::optics::fresnel::{Fresnel, Refraction, reflect, refract};
+use crate::optics::fresnel::{Fresnel, reflect, refract};
 use crate::optics::polarisation::Light;
 use crate::optics::thin_film::{Amplitudes, End, Film};
 use crate::random;
@@ -115,15 +115,7 @@ pub(crate) fn scatter<L: Light>(
             let Some(sample) = table.sample(frame.to_local(-direction), rng) else {
                 return back(direction, 0.0);
             };
-            let side = match sample.lobe.transport {
-                Transport::Reflection => hit.side,
-                Transport::Transmission => hit.side.opposite(),
-            };
-            ScatterEvent {
-                direction: frame.to_world(sample.wo).normalize(),
-                side,
-                efficiency: sample.weight,
-            }
+            sampled(hit, &frame, &sample)
         }
     }
 }
@@ -164,14 +156,20 @@ fn polarised<L: Light>(
     let before = light.referred(direction, frame.to_world(s_axis(wi)));
     let (sample, after) = table.sample_polarised(wi, before, rng)?;
     light.become_light(after, frame.to_world(s_axis(sample.wo)));
-    Some(ScatterEvent {
+    Some(sampled(hit, &frame, &sample))
+}
+
+/// Light that goes on as a table has it.
+#[inline]
+fn sampled(hit: &Hit<'_>, frame: &Frame, sample: &BsdfSample) -> ScatterEvent {
+    ScatterEvent {
         direction: frame.to_world(sample.wo).normalize(),
         side: match sample.lobe.transport {
             Transport::Reflection => hit.side,
             Transport::Transmission => hit.side.opposite(),
         },
         efficiency: sample.weight,
-    })
+    }
 }
 
 /// Refractive indices of the side from which light comes and of the other.
@@ -256,7 +254,7 @@ fn through<L: Light>(
     let met = FilmIncidence::new(hit, film, direction, facing, light);
     let efficiency = met.efficiency();
     if random::unit(rng) * (met.reflected + met.transmitted) >= met.reflected
-        && let Refraction::Partial { refracted, .. } = refract(direction, facing, n1, n2)
+        && let Some((_, refracted)) = refract(direction, facing, n1, n2)
     {
         light.pass(met.amplitudes.transmitted);
         return ScatterEvent { direction: refracted, side: hit.side.opposite(), efficiency };
