@@ -171,21 +171,6 @@ impl Ledger {
         self.lines.surfaces.iter().map(String::as_str).zip(&self.surfaces)
     }
 
-    /// Power absorbed in each medium, with its name, W.
-    pub fn named_media(&self) -> impl Iterator<Item = (&str, f64)> {
-        self.lines.media.iter().map(String::as_str).zip(self.media.iter().copied())
-    }
-
-    /// Lines of all luminophores with their names.
-    pub fn named_luminophores(&self) -> impl Iterator<Item = (&str, &LuminophoreLine)> {
-        self.lines.luminophores.iter().map(String::as_str).zip(&self.luminophores)
-    }
-
-    /// Power given up, with the cause in words, W.
-    pub fn named_losses(&self) -> impl Iterator<Item = (&'static str, f64)> {
-        Loss::ALL.into_iter().map(Loss::description).zip(self.lost)
-    }
-
     /// Power absorbed by surfaces and media, and lost by conversion, W.
     pub fn absorbed(&self) -> f64 {
         let lost = |line: &LuminophoreLine| line.quantum_loss + line.stokes_loss;

@@ -79,8 +79,8 @@ fn line(outcome: &Outcome, name: &str) -> f64 {
 
 fn absorbed_in(outcome: &Outcome, name: &str) -> f64 {
     let ledger = &outcome.total.ledger;
-    let found = ledger.named_media().find(|(known, _)| *known == name);
-    found.unwrap().1
+    let line = ledger.lines.media.iter().position(|known| known == name);
+    ledger.media[line.unwrap()]
 }
 
 fn air_ball(name: &str, radius: f64, absorption: f64) -> Prototype {

@@ -350,7 +350,8 @@ fn bands_that_scatter_like_an_interface_are_an_interface() {
         let scene = array(&package(N, dome, 0.95, 0.86), 2, 8.3).build().unwrap();
         let outcome = trace(&scene, &[&far], &Settings::new(many() / 5, seed));
         outcome.jackknife_many(|totals| {
-            let mut values = far.azimuth_mean(&totals.readings[0]);
+            let rows = totals.readings[0].chunks_exact(far.phis());
+            let mut values: Vec<f64> = rows.map(|row| row.iter().sum()).collect();
             values.push(totals.ledger.extraction());
             values
         })

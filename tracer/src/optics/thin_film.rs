@@ -93,11 +93,6 @@ impl Film {
         Self { layers: Vec::new(), wavenumber: 0.0 }
     }
 
-    /// The layers.
-    pub fn layers(&self) -> &[Layer] {
-        &self.layers
-    }
-
     /// Amplitudes for light that comes at an angle of cosine `cos_theta` to the normal in a medium
     /// of index `from` towards one of index `to`.
     pub fn amplitudes(&self, end: End, from: f64, to: Complex64, cos_theta: f64) -> Amplitudes {
