@@ -206,10 +206,10 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     pub fn intersect(&self, state: &PathState) -> Option<Hit<'a>> {
         let candidates = Candidates { except: state.left, only: state.own };
-        if self.scene.has_nested() {
-            self.scene.nearest_anywhere(&state.ray, state.location, candidates)
-        } else {
-            self.scene.nearest(&state.ray, state.location, candidates)
+        let (scene, ray, location) = (self.scene, &state.ray, state.location);
+        match &scene.nested {
+            Some(nested) => scene.nearest_of_nested(nested, ray, location, candidates),
+            None => scene.nearest(ray, location, candidates),
         }
     }
 

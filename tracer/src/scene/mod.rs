@@ -96,7 +96,7 @@ pub struct Scene {
     /// The instance of the array solids, which is the last one.
     array_solids: Option<u32>,
     /// Search structures where instances stand in array solids.
-    nested: Option<Nested>,
+    pub(crate) nested: Option<Nested>,
 }
 
 impl Scene {
@@ -259,12 +259,6 @@ impl Scene {
         instance.filter(|_| self.isolated)
     }
 
-    /// True if instances stand in array solids.
-    #[inline]
-    pub(crate) fn has_nested(&self) -> bool {
-        self.nested.is_some()
-    }
-
     /// The location outside of an instance, or on the near side of a surface of the world.
     #[inline]
     pub(crate) fn around(&self, instance: Option<u32>) -> Location {
@@ -339,7 +333,7 @@ impl Scene {
     }
 
     /// The nearest surface that borders the region of the ray, met from that region. Only for
-    /// scenes without instances in array solids; [`Scene::nearest_anywhere`] serves all.
+    /// scenes without instances in array solids; [`Scene::nearest_of_nested`] serves the others.
     #[expect(
         clippy::inline_always,
         reason = "one copy of the loop over a path for each kind of light and observer: left \

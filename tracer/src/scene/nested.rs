@@ -141,21 +141,8 @@ impl Nested {
 }
 
 impl Scene {
-    /// [`Scene::nearest`] for every scene.
-    pub(crate) fn nearest_anywhere(
-        &self,
-        ray: &Ray,
-        location: Location,
-        candidates: Candidates,
-    ) -> Option<Hit<'_>> {
-        match &self.nested {
-            Some(nested) => self.nearest_of_nested(nested, ray, location, candidates),
-            None => self.nearest(ray, location, candidates),
-        }
-    }
-
     /// [`Scene::nearest`] where instances stand in array solids.
-    fn nearest_of_nested(
+    pub(crate) fn nearest_of_nested(
         &self,
         nested: &Nested,
         ray: &Ray,
