@@ -82,28 +82,13 @@ enum Wandered<'a> {
 
 /// Point where a ray has met a surface.
 #[derive(Clone, Copy)]
-pub(crate) struct Impact<'a> {
-    pub hit: Hit<'a>,
-    pub patch: &'a CompiledPatch,
+struct Impact<'a> {
+    hit: Hit<'a>,
+    patch: &'a CompiledPatch,
     /// On the surface, in the frame of its body.
-    pub point: DVec3,
+    point: DVec3,
     /// The unit normal n there.
-    pub normal: DVec3,
-}
-
-impl Impact<'_> {
-    /// Draws how light that comes along `direction` goes on.
-    #[expect(clippy::inline_always, reason = "part of the loop over a path")]
-    #[inline(always)]
-    pub fn scatter<L: Light>(
-        &self,
-        direction: DVec3,
-        light: &mut L,
-        rng: &mut impl Rng,
-    ) -> ScatterEvent {
-        let optics = &self.patch.optics;
-        scatter(&self.hit, optics, direction, self.point, self.normal, light, rng)
-    }
+    normal: DVec3,
 }
 
 impl<'a> Tracer<'a> {
@@ -228,14 +213,16 @@ impl<'a> Tracer<'a> {
         let Some(impact) = self.arrive(state, hit, light, rng, tally, observer) else {
             return false;
         };
-        let event = impact.scatter(state.ray.direction, light, rng);
+        let Impact { hit, patch, point, normal } = &impact;
+        let direction = state.ray.direction;
+        let event = scatter(hit, &patch.optics, direction, *point, *normal, light, rng);
         self.go_on(state, &impact, &event, rng, tally, observer)
     }
 
     /// Takes a path to what it meets next; `None` where it ends before.
     #[expect(clippy::inline_always, reason = "part of the loop over a path")]
     #[inline(always)]
-    pub fn arrive<L: Light>(
+    fn arrive<L: Light>(
         &self,
         state: &mut PathState,
         mut hit: Option<Hit<'a>>,
@@ -432,7 +419,7 @@ impl<'a> Tracer<'a> {
     /// Sends a path on from where it has met a surface; whether it goes on.
     #[expect(clippy::inline_always, reason = "part of the loop over a path")]
     #[inline(always)]
-    pub fn go_on(
+    fn go_on(
         &self,
         state: &mut PathState,
         impact: &Impact<'_>,
@@ -492,7 +479,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Ends a path that has met as many surfaces as it may.
-    pub fn give_up(&self, state: &PathState, tally: &mut Tally<'_>, observer: &mut impl Observer) {
+    fn give_up(&self, state: &PathState, tally: &mut Tally<'_>, observer: &mut impl Observer) {
         let fate = tally.lose(Loss::Bounces, state.weight);
         observer.ends(&self.in_world(&state.ray, state.location), fate, state.weight);
     }
