@@ -54,18 +54,12 @@ pub enum Spectrum {
 /// The header of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tm25Header {
-    /// 0 simulated, 1 measured (other codes as they stand).
-    pub creation: u32,
     /// Luminous flux, lm; NaN if unknown.
     pub luminous_flux: f32,
     /// Radiant flux, W; NaN if unknown.
     pub radiant_flux: f32,
     /// Number of rays.
     pub rays: u64,
-    /// Date, as ISO 8601 has it.
-    pub date: String,
-    /// Code of where rays start, 0 to 7.
-    pub start: u32,
     /// Spectrum.
     pub spectrum: Spectrum,
     /// Flags of the columns, in the order of a ray.
@@ -156,16 +150,13 @@ fn parse(fixed: &[u8]) -> Result<(Tm25Header, u32, u64), FormatError> {
     for (k, description) in descriptions.iter_mut().enumerate() {
         *description = utf32(&fixed[288 + 4 * DESCRIPTION * k..][..4 * DESCRIPTION]);
     }
-    let date = fixed[28..56].iter().map_while(|&b| (b > 0).then_some(char::from(b)));
     let tables = code(76, "number of spectral tables", MAX_COUNT)?;
     let extra_text = u64::from(code(84, "bytes of further text", u32::MAX >> 1)?);
+    code(56, "code of the start positions", 7)?;
     let header = Tm25Header {
-        creation: u32_at(fixed, 8),
         luminous_flux: f32_at(fixed, 12),
         radiant_flux: f32_at(fixed, 16),
         rays,
-        date: date.collect(),
-        start: code(56, "code of the start positions", 7)?,
         spectrum: match kind {
             1 => Spectrum::Single(wavelength),
             2 => Spectrum::PerRay,

@@ -4,8 +4,8 @@
 //!
 //! Makers of LEDs publish these files. The program itself uses of the header the number of rays,
 //! the unit of length, and whether rays carry flux alone (in W or lm) or a wavelength too (then in
-//! W). So does [`ZemaxReader`]: flux and wavelength in the header are told and not used, since
-//! makers write what they like there. [`ZemaxWriter`] fills in both.
+//! W). So does [`ZemaxReader`]: the flux in the header is told and not used, and the wavelength
+//! there is passed over, since makers write what they like there. [`ZemaxWriter`] fills in both.
 //!
 //! Layout: the vendor's support article "Converting a binary Source File into ASCII" and the public
 //! code of TM25RaySetTools (`ZemaxBinary.h`).
@@ -38,8 +38,6 @@ pub struct ZemaxHeader {
     pub description: String,
     /// Flux of the rays as stated, in the unit of the rays.
     pub flux: f32,
-    /// Wavelength as stated, nm; 0 where light is of several.
-    pub wavelength: f32,
     /// True if each ray has a wavelength.
     pub coloured: bool,
     /// True if flux is in W; else in lm.
@@ -83,7 +81,6 @@ impl<R: Read> ZemaxReader<R> {
             rays: u64::from(u32_at(&bytes, 4)),
             description: description.collect::<String>().trim_end().to_owned(),
             flux: f32_at(&bytes, 112),
-            wavelength: 1e3 * f32_at(&bytes, 116),
             coloured,
             radiant: coloured || !luminous,
             millimetres: MILLIMETRES[unit as usize],
