@@ -72,7 +72,8 @@ fn package(dome: Dome) -> Scene {
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(package.prototype().expect("a package"));
     scene.surface(ground(4.0, 2.0, mirror(0.95), SurfaceModel::Absorber).expect("a ground"));
-    scene.place_array(id, 2, 1, 4.0).build().expect("a scene")
+    scene.place(id, DVec3::new(-2.0, 0.0, 0.0)).place(id, DVec3::new(2.0, 0.0, 0.0));
+    scene.build().expect("a scene")
 }
 
 fn banded(tables: &[Arc<OrderTable>]) -> Scene {

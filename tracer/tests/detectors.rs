@@ -156,7 +156,7 @@ fn packages() -> Scene {
 fn between_walls(prototype: Prototype) -> Scene {
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(prototype);
-    scene.place_array(id, 2, 1, 4.0);
+    place_array(&mut scene, id, [2, 1], 4.0);
     let housing = tracer::housing::Housing {
         half: [5.0, 3.0],
         height: 2.0,

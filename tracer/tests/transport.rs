@@ -373,7 +373,7 @@ fn a_beam_enters_and_leaves_every_package_on_its_way() {
     prototype.sources.clear();
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(prototype);
-    scene.place_array(id, 3, 1, 4.0);
+    place_array(&mut scene, id, [3, 1], 4.0);
     let beam = Emission::Beam { direction: DVec3::X };
     let start = DVec3::new(-9.0, 0.3, 0.2);
     scene.source(Source::new("beam", start, Region::World, Emitter::Point, beam));
