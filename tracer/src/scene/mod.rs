@@ -29,6 +29,7 @@ pub use surroundings::{Containment, Surroundings};
 
 use bsdf::Side;
 use glam::DVec3;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::optics::luminescence::{Collisions, Luminophore};
@@ -78,6 +79,12 @@ pub(crate) struct Candidates {
     pub except: Option<u32>,
     /// The only instance that it may meet, see [`Scene::only_candidate`].
     pub only: Option<u32>,
+}
+
+/// Names of these lines of `all`, each once and in the order of `all`.
+fn names(all: &[String], lines: impl Iterator<Item = usize>) -> Vec<String> {
+    let lines: BTreeSet<usize> = lines.collect();
+    lines.into_iter().map(|line| all[line].clone()).collect()
 }
 
 /// A valid scene, ready for tracing.
@@ -150,12 +157,8 @@ impl Scene {
             .iter()
             .chain([&self.ground])
             .flat_map(|body| body.surfaces.iter().flat_map(|s| &s.patches));
-        let mut lines: Vec<usize> =
-            patches.filter(|patch| patch.optics.scatters()).map(|patch| patch.line).collect();
-        lines.sort_unstable();
-        lines.dedup();
-        let name = |line: usize| self.lines.surfaces[line].clone();
-        lines.into_iter().map(name).collect()
+        let lines = patches.filter(|patch| patch.optics.scatters()).map(|patch| patch.line);
+        names(&self.lines.surfaces, lines)
     }
 
     /// Names of the media that scatter, and so leave light unpolarised, in ledger order.
@@ -163,10 +166,7 @@ impl Scene {
         let media = self.bodies.iter().flat_map(|body| &body.media);
         let scatters =
             |medium: &&CompiledMedium| medium.collisions.as_ref().is_some_and(Collisions::scatter);
-        let mut lines: Vec<usize> = media.filter(scatters).map(|medium| medium.line).collect();
-        lines.sort_unstable();
-        lines.dedup();
-        lines.into_iter().map(|line| self.lines.media[line].clone()).collect()
+        names(&self.lines.media, media.filter(scatters).map(|medium| medium.line))
     }
 
     /// Luminophores of all media.
