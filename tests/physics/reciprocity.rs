@@ -7,7 +7,7 @@
 
 use tracer::glam::DVec3;
 use tracer::receiver::{DetectorRectangle, Facing, Sense};
-use tracer::shape::Bend;
+use tracer::shape::{Bend, Element};
 use tracer::{
     Cap, Detector, Dome, Emission, Emitter, Estimate, Interior, LedBox, Measurement, Medium,
     Meridian, Mixed, Package, Polarisation, Prototype, Region, Scene, SceneBuilder, Settings,
@@ -37,10 +37,17 @@ fn silicone() -> Medium {
 /// The stepped dome on a mirror.
 fn stepped() -> Prototype {
     let cap = Cap { radius: 2.0, apex: 1.0, rim: 1.7 };
+    let at = |k: usize| cap.rim * k as f64 / 17.0;
+    let step = |k: usize| {
+        let [inner, outer] = [at(k), at(k + 1)];
+        let [top, foot] = [inner, outer].map(|r| cap.height(r));
+        Element { points: vec![[inner, top], [outer, top], [outer, foot]] }
+    };
+    let steps: Vec<Element> = (0..17).map(step).collect();
     let package = Package {
         cap,
         silicone: silicone(),
-        dome: Dome::relief(Meridian::staircase(-1.0, 2.0, 1.7, 17).expect("steps")),
+        dome: Dome::relief(Meridian::new(&steps).expect("steps")),
         side: SurfaceModel::Interface,
         bottom: SurfaceModel::Mirror { reflectance: 0.95 },
         led: led(),

@@ -23,7 +23,8 @@ pub trait CheckpointStore: Sync {
 /// Bytes of a group: the number of surfaces met, how many numbers follow, and these,
 /// each in eight bytes, the lowest first.
 pub fn to_bytes(totals: &Totals, hits: u64) -> Vec<u8> {
-    let numbers = numbers(totals);
+    let mut totals = totals.clone();
+    let numbers: Vec<f64> = totals.powers().map(|power| *power).collect();
     let mut bytes = Vec::with_capacity(8 * (numbers.len() + 2));
     bytes.extend(hits.to_le_bytes());
     bytes.extend((numbers.len() as u64).to_le_bytes());
@@ -44,34 +45,11 @@ pub fn from_bytes(bytes: &[u8], like: &Totals) -> Option<(Totals, u64)> {
     let hits = u64::from_le_bytes(next()?);
     let count = u64::from_le_bytes(next()?);
     let mut totals = like.clone();
-    let mut places = places(&mut totals);
-    if places.len() as u64 != count || bytes.len() as u64 != 8 * (count + 2) {
+    if totals.powers().count() as u64 != count || bytes.len() as u64 != 8 * (count + 2) {
         return None;
     }
-    for place in &mut places {
-        **place = f64::from_le_bytes(next()?);
+    for power in totals.powers() {
+        *power = f64::from_le_bytes(next()?);
     }
     Some((totals, hits))
-}
-
-/// All numbers of totals, in the order of [`places`].
-fn numbers(totals: &Totals) -> Vec<f64> {
-    let mut same = totals.clone();
-    places(&mut same).iter().map(|place| **place).collect()
-}
-
-/// Places of the numbers of totals.
-fn places(totals: &mut Totals) -> Vec<&mut f64> {
-    let ledger = &mut totals.ledger;
-    let mut places = vec![&mut ledger.emitted, &mut ledger.escaped_up, &mut ledger.escaped_down];
-    places.extend(&mut ledger.lost);
-    for line in &mut ledger.surfaces {
-        places.extend([&mut line.absorbed, &mut line.outward, &mut line.inward]);
-    }
-    places.extend(&mut ledger.media);
-    for line in &mut ledger.luminophores {
-        places.extend([&mut line.absorbed, &mut line.quantum_loss, &mut line.stokes_loss]);
-    }
-    places.extend(totals.readings.iter_mut().flatten());
-    places
 }

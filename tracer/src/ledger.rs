@@ -136,33 +136,27 @@ impl Ledger {
         }
     }
 
+    /// All powers, in the order in which checkpoints keep them.
+    pub(crate) fn powers(&mut self) -> impl Iterator<Item = &mut f64> {
+        let whole = [&mut self.emitted, &mut self.escaped_up, &mut self.escaped_down];
+        let surfaces = self.surfaces.iter_mut();
+        let surfaces = surfaces.flat_map(|l| [&mut l.absorbed, &mut l.outward, &mut l.inward]);
+        let luminophores = self.luminophores.iter_mut();
+        let luminophores =
+            luminophores.flat_map(|l| [&mut l.absorbed, &mut l.quantum_loss, &mut l.stokes_loss]);
+        let lines = surfaces.chain(&mut self.media).chain(luminophores);
+        whole.into_iter().chain(&mut self.lost).chain(lines)
+    }
+
     /// All powers times `factor`.
     pub(crate) fn scale(&mut self, factor: f64) {
-        let same = self.clone();
-        self.combine(factor, &same, 0.0);
+        self.powers().for_each(|power| *power *= factor);
     }
 
     /// self · a + other · b, line by line.
     pub(crate) fn combine(&mut self, a: f64, other: &Self, b: f64) {
-        let mix = |x: &mut f64, y: f64| *x = *x * a + y * b;
-        mix(&mut self.emitted, other.emitted);
-        mix(&mut self.escaped_up, other.escaped_up);
-        mix(&mut self.escaped_down, other.escaped_down);
-        for (x, &y) in self.lost.iter_mut().zip(&other.lost) {
-            mix(x, y);
-        }
-        for (x, y) in self.surfaces.iter_mut().zip(&other.surfaces) {
-            mix(&mut x.absorbed, y.absorbed);
-            mix(&mut x.outward, y.outward);
-            mix(&mut x.inward, y.inward);
-        }
-        for (x, &y) in self.media.iter_mut().zip(&other.media) {
-            mix(x, y);
-        }
-        for (x, y) in self.luminophores.iter_mut().zip(&other.luminophores) {
-            mix(&mut x.absorbed, y.absorbed);
-            mix(&mut x.quantum_loss, y.quantum_loss);
-            mix(&mut x.stokes_loss, y.stokes_loss);
+        for (power, other) in self.powers().zip(other.clone().powers()) {
+            *power = *power * a + *other * b;
         }
     }
 
@@ -175,21 +169,6 @@ impl Ledger {
     /// All surface lines with their names.
     pub fn named_surfaces(&self) -> impl Iterator<Item = (&str, &SurfaceLine)> {
         self.lines.surfaces.iter().map(String::as_str).zip(&self.surfaces)
-    }
-
-    /// Power absorbed in each medium, with its name, W.
-    pub fn named_media(&self) -> impl Iterator<Item = (&str, f64)> {
-        self.lines.media.iter().map(String::as_str).zip(self.media.iter().copied())
-    }
-
-    /// Lines of all luminophores with their names.
-    pub fn named_luminophores(&self) -> impl Iterator<Item = (&str, &LuminophoreLine)> {
-        self.lines.luminophores.iter().map(String::as_str).zip(&self.luminophores)
-    }
-
-    /// Power given up, with the cause in words, W.
-    pub fn named_losses(&self) -> impl Iterator<Item = (&'static str, f64)> {
-        Loss::ALL.into_iter().map(Loss::description).zip(self.lost)
     }
 
     /// Power absorbed by surfaces and media, and lost by conversion, W.

@@ -21,12 +21,14 @@ pub struct Totals {
 }
 
 impl Totals {
+    /// All powers, those of the ledger first.
+    pub(crate) fn powers(&mut self) -> impl Iterator<Item = &mut f64> {
+        self.ledger.powers().chain(self.readings.iter_mut().flatten())
+    }
+
     /// All powers times `factor`.
     pub(crate) fn scale(&mut self, factor: f64) {
-        self.ledger.scale(factor);
-        for value in self.readings.iter_mut().flatten() {
-            *value *= factor;
-        }
+        self.powers().for_each(|power| *power *= factor);
     }
 
     /// self · a + other · b.

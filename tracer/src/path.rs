@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The walker: follows one path from its source to its end.
 //!
-//! [`Tracer::walk`] is the algorithm: intersect, transmit, show to the receivers, scatter, go on.
+//! [`Tracer::walk_to`] is the algorithm: intersect, transmit, show to the receivers, scatter, go on.
 //! The batches take the same steps.
 
 use bsdf::Side;
@@ -23,9 +23,6 @@ use crate::surface::Region;
 
 /// Times that media may scatter a path for each surface that it may meet.
 const SCATTERINGS_PER_BOUNCE: u32 = 100;
-
-/// Directions of light that is emitted in a medium.
-const ISOTROPIC: PhaseFunction = PhaseFunction::HenyeyGreenstein(0.0);
 
 /// Constants of all paths of a run.
 pub(crate) struct Tracer<'a> {
@@ -85,28 +82,13 @@ enum Wandered<'a> {
 
 /// Point where a ray has met a surface.
 #[derive(Clone, Copy)]
-pub(crate) struct Impact<'a> {
-    pub hit: Hit<'a>,
-    pub patch: &'a CompiledPatch,
+struct Impact<'a> {
+    hit: Hit<'a>,
+    patch: &'a CompiledPatch,
     /// On the surface, in the frame of its body.
-    pub point: DVec3,
+    point: DVec3,
     /// The unit normal n there.
-    pub normal: DVec3,
-}
-
-impl Impact<'_> {
-    /// Draws how light that comes along `direction` goes on.
-    #[expect(clippy::inline_always, reason = "part of the loop over a path")]
-    #[inline(always)]
-    pub fn scatter<L: Light>(
-        &self,
-        direction: DVec3,
-        light: &mut L,
-        rng: &mut impl Rng,
-    ) -> ScatterEvent {
-        let optics = &self.patch.optics;
-        scatter(&self.hit, optics, direction, self.point, self.normal, light, rng)
-    }
+    normal: DVec3,
 }
 
 impl<'a> Tracer<'a> {
@@ -151,29 +133,6 @@ impl<'a> Tracer<'a> {
             wavelength: self.wavelength,
             history: PathHistory::new(number as u32),
         }
-    }
-
-    /// Follows a path to its end and books all of its power.
-    #[inline]
-    pub fn walk<L: Light>(
-        &self,
-        state: &mut PathState,
-        mut light: L,
-        rng: &mut impl Rng,
-        tally: &mut Tally<'_>,
-        observer: &mut impl Observer,
-    ) {
-        // A copy, which the compiler keeps in registers.
-        let mut path = *state;
-        while path.history.bounces < self.max_bounces {
-            let hit = self.intersect(&path);
-            if !self.interact(&mut path, hit, &mut light, rng, tally, observer) {
-                *state = path;
-                return;
-            }
-        }
-        self.give_up(&path, tally, observer);
-        *state = path;
     }
 
     /// Follows a path until it has met `surfaces` surfaces; true if it has ended, and all of its
@@ -232,10 +191,10 @@ impl<'a> Tracer<'a> {
     #[inline(always)]
     pub fn intersect(&self, state: &PathState) -> Option<Hit<'a>> {
         let candidates = Candidates { except: state.left, only: state.own };
-        if self.scene.has_nested() {
-            self.scene.nearest_anywhere(&state.ray, state.location, candidates)
-        } else {
-            self.scene.nearest(&state.ray, state.location, candidates)
+        let (scene, ray, location) = (self.scene, &state.ray, state.location);
+        match &scene.nested {
+            Some(nested) => scene.nearest_of_nested(nested, ray, location, candidates),
+            None => scene.nearest(ray, location, candidates),
         }
     }
 
@@ -254,14 +213,16 @@ impl<'a> Tracer<'a> {
         let Some(impact) = self.arrive(state, hit, light, rng, tally, observer) else {
             return false;
         };
-        let event = impact.scatter(state.ray.direction, light, rng);
+        let Impact { hit, patch, point, normal } = &impact;
+        let direction = state.ray.direction;
+        let event = scatter(hit, &patch.optics, direction, *point, *normal, light, rng);
         self.go_on(state, &impact, &event, rng, tally, observer)
     }
 
     /// Takes a path to what it meets next; `None` where it ends before.
     #[expect(clippy::inline_always, reason = "part of the loop over a path")]
     #[inline(always)]
-    pub fn arrive<L: Light>(
+    fn arrive<L: Light>(
         &self,
         state: &mut PathState,
         mut hit: Option<Hit<'a>>,
@@ -418,7 +379,7 @@ impl<'a> Tracer<'a> {
             Collision::Excites(luminophore, line) => {
                 match self.convert(luminophore, line, weight, rng, tally) {
                     Some(number) => {
-                        let direction = ISOTROPIC.sample(ray.direction, rng);
+                        let direction = PhaseFunction::ISOTROPIC.sample(ray.direction, rng);
                         Flight::Converted(Ray { origin, direction }, number)
                     }
                     None => Flight::Absorbed(free),
@@ -458,7 +419,7 @@ impl<'a> Tracer<'a> {
     /// Sends a path on from where it has met a surface; whether it goes on.
     #[expect(clippy::inline_always, reason = "part of the loop over a path")]
     #[inline(always)]
-    pub fn go_on(
+    fn go_on(
         &self,
         state: &mut PathState,
         impact: &Impact<'_>,
@@ -518,7 +479,7 @@ impl<'a> Tracer<'a> {
     }
 
     /// Ends a path that has met as many surfaces as it may.
-    pub fn give_up(&self, state: &PathState, tally: &mut Tally<'_>, observer: &mut impl Observer) {
+    fn give_up(&self, state: &PathState, tally: &mut Tally<'_>, observer: &mut impl Observer) {
         let fate = tally.lose(Loss::Bounces, state.weight);
         observer.ends(&self.in_world(&state.ray, state.location), fate, state.weight);
     }

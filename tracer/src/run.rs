@@ -10,6 +10,7 @@
 //! difference of their results (common random numbers).
 
 mod control;
+mod groups;
 mod long_paths;
 mod observed;
 mod one_by_one;
@@ -22,25 +23,21 @@ pub use wavelengths::WavelengthRun;
 
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::Ordering;
 
-use one_by_one::{STRIDE, one_by_one};
+use groups::{Group, Progress};
 use walk::SceneWalk;
 
 use crate::batch::BatchTracer;
 use crate::batch::mesh_packets::MeshPackets;
-use crate::checkpoint;
 use crate::error::Error;
 use crate::observer::{Fate, Observer};
-use crate::optics::polarisation::{Polarisation, Stokes, Unpolarised};
+use crate::optics::polarisation::Polarisation;
 use crate::outcome::{Outcome, Totals};
 use crate::path::Tracer;
-use crate::random::{self, Streams};
 use crate::ray::Ray;
 use crate::receiver::{Receiver, Tally};
 use crate::scene::Scene;
-use crate::settings::{Sampling, Settings};
-use crate::source_picker::SourcePicker;
+use crate::settings::Settings;
 
 /// Traces a scene.
 pub fn run(
@@ -58,12 +55,8 @@ pub fn run_with(
     settings: &Settings,
     control: Control<'_>,
 ) -> Result<Outcome, Error> {
-    let groups = 0..settings.groups as u64;
-    let found = trace_groups(scene, receivers, settings, control, groups)?;
-    let hits = found.iter().map(|(_, hits)| hits).sum();
-    let totals: Vec<Totals> = found.into_iter().map(|(totals, _)| totals).collect();
-    let in_group = settings.paths.div_ceil(settings.groups as u64);
-    Ok(Outcome::new(in_group * totals.len() as u64, hits, totals))
+    let found = trace_groups(scene, receivers, settings, control, 0..u64::MAX)?;
+    Ok(groups::outcomes(settings, 1, found).swap_remove(0))
 }
 
 /// Traces those of `groups` that the checkpoints of `control` lack, and hands them to the
@@ -79,18 +72,17 @@ pub fn run_groups(
     control: Control<'_>,
     groups: Range<u64>,
 ) -> Result<(), Error> {
-    let groups = groups.start..groups.end.min(settings.groups as u64);
     trace_groups(scene, receivers, settings, control, groups).map(drop)
 }
 
-/// Totals and surfaces met of `groups`, in order.
+/// Those of `groups` that `settings` has, in order.
 fn trace_groups(
     scene: &Scene,
     receivers: &[&dyn Receiver],
     settings: &Settings,
     control: Control<'_>,
     groups: Range<u64>,
-) -> Result<Vec<(Totals, u64)>, Error> {
+) -> Result<Vec<Group>, Error> {
     settings.check()?;
     for receiver in receivers {
         scene.admits(*receiver)?;
@@ -101,38 +93,13 @@ fn trace_groups(
         Polarisation::Unpolarised => Strategy::new(scene, settings.max_bounces),
         Polarisation::Carried => Strategy::PathByPath,
     };
-    let in_group = settings.paths.div_ceil(settings.groups as u64);
-    groups
-        .into_par_iter()
-        .map(|group| {
-            if let Some(stored) = stored_group(&tracer, group, in_group, control) {
-                return Ok(stored);
-            }
-            let at = (settings.seed, group);
-            let done = trace_group(&tracer, &many, in_group, at, control, &mut ())?;
-            if let Some(checkpoints) = control.checkpoints {
-                checkpoints.keep(group, &checkpoint::to_bytes(&done.0, done.1));
-            }
-            Ok(done)
-        })
-        .collect()
-}
-
-/// A group of `paths` paths from the checkpoints; `None` as well where its bytes are not those of
-/// such a group, which is then traced anew.
-fn stored_group(
-    tracer: &Tracer<'_>,
-    group: u64,
-    paths: u64,
-    control: Control<'_>,
-) -> Option<(Totals, u64)> {
-    let bytes = control.checkpoints?.find(group)?;
-    let like = Tally::new(&tracer.receivers).totals;
-    let stored = checkpoint::from_bytes(&bytes, &like)?;
-    if let Some(progress) = control.progress {
-        progress(paths);
-    }
-    Some(stored)
+    let like = || Tally::new(&tracer.receivers).totals;
+    groups::resumed(settings, control, groups, 1, like, |group| {
+        let at = (settings.seed, group);
+        let (totals, hits) =
+            trace_group(&tracer, &many, settings.in_group(), at, control, &mut ())?;
+        Ok((vec![totals], hits))
+    })
 }
 
 /// Rays with their powers, W.
@@ -219,56 +186,33 @@ impl<'a> Strategy<'a> {
     }
 }
 
-/// Traces one group.
+/// Traces one group, given by seed and number.
 fn trace_group(
     tracer: &Tracer<'_>,
     many: &Strategy<'_>,
     paths: u64,
-    (seed, group): (u64, u64),
+    at: (u64, u64),
     control: Control<'_>,
     observer: &mut impl Observer,
 ) -> Result<(Totals, u64), Error> {
-    let mut rng = random::stream(seed, group);
-    let mut picker = SourcePicker::new(&tracer.scene.sources, &mut rng);
-    let streams = Streams::new(&mut rng);
-    if tracer.sampling == Sampling::Sobol {
-        picker.scramble(paths, &mut rng);
-    }
+    let (picker, streams) = groups::begin(tracer, at, paths);
     let mut tally = Tally::new(&tracer.receivers);
-    let mut reported = 0;
-    // Reports progress, and tells whether to go on.
-    let mut keep_going = |done: u64| {
-        if done >= reported + STRIDE {
-            if let Some(progress) = control.progress {
-                progress(done - reported);
-            }
-            reported = done;
-        }
-        !control.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
-    };
+    let mut progress = Progress::new(control);
+    let keep_going = |done: u64| progress.keep_going(done);
     let hits = match many {
         Strategy::BatchTracer(batch) => {
-            batch.trace(tracer, paths, (streams, picker), &mut tally, &mut keep_going)
+            batch.trace(tracer, paths, (streams, picker), &mut tally, keep_going)
         }
         Strategy::MeshPackets(mesh_packets) => {
-            mesh_packets.trace(tracer, paths, (streams, picker), &mut tally, &mut keep_going)
+            mesh_packets.trace(tracer, paths, (streams, picker), &mut tally, keep_going)
         }
         Strategy::PathByPath => {
             let mut walk = SceneWalk { tracer, picker, tally: &mut tally, observer };
-            match tracer.polarisation {
-                Polarisation::Unpolarised => {
-                    one_by_one::<Unpolarised>(&mut walk, paths, streams, &mut keep_going)
-                }
-                Polarisation::Carried => {
-                    one_by_one::<Stokes>(&mut walk, paths, streams, &mut keep_going)
-                }
-            }
+            one_by_one::trace(&mut walk, tracer.polarisation, paths, streams, keep_going)
         }
     };
     let hits = hits.ok_or(Error::Cancelled)?;
-    if let Some(progress) = control.progress {
-        progress(paths - reported);
-    }
+    progress.report(paths);
     let mut totals = tally.close();
     totals.scale(tracer.scene.power() / paths as f64);
     Ok((totals, hits))

@@ -2,15 +2,15 @@
 //! Scattering of one ray by a surface: the direction, the side and the efficiency with which it
 //! goes on.
 
-use bsdf::{PolarisedBsdf, s_axis};
-use bsdf::{Side, Transport};
+use bsdf::direction::Frame;
+use bsdf::{BsdfSample, PolarisedBsdf, Side, Transport, s_axis};
 use glam::DVec3;
 use num_complex::Complex64;
 use rand::Rng;
 
-use crate::optics::fresnel::{Fresnel, Refraction, reflect, refract};
+use crate::optics::fresnel::{Fresnel, reflect, refract};
 use crate::optics::polarisation::Light;
-use crate::optics::thin_film::{Amplitudes, End, Film};
+use crate::optics::thin_film::{End, Film};
 use crate::random;
 use crate::scene::Hit;
 use crate::surface::{LayeredMirror, Mixed, SurfaceModel};
@@ -115,15 +115,7 @@ pub(crate) fn scatter<L: Light>(
             let Some(sample) = table.sample(frame.to_local(-direction), rng) else {
                 return back(direction, 0.0);
             };
-            let side = match sample.lobe.transport {
-                Transport::Reflection => hit.side,
-                Transport::Transmission => hit.side.opposite(),
-            };
-            ScatterEvent {
-                direction: frame.to_world(sample.wo).normalize(),
-                side,
-                efficiency: sample.weight,
-            }
+            sampled(hit, &frame, &sample)
         }
     }
 }
@@ -161,17 +153,23 @@ fn polarised<L: Light>(
 ) -> Option<ScatterEvent> {
     let frame = hit.surface.shape.frame(point, normal);
     let wi = frame.to_local(-direction);
-    let before = light.referred(direction, frame.to_world(s_axis(wi)));
-    let (sample, after) = table.sample_polarised(wi, before, rng)?;
+    let before = light.stokes().turned(direction, frame.to_world(s_axis(wi)));
+    let (sample, after) = table.sample_polarised(wi, [before.q, before.u, before.v], rng)?;
     light.become_light(after, frame.to_world(s_axis(sample.wo)));
-    Some(ScatterEvent {
+    Some(sampled(hit, &frame, &sample))
+}
+
+/// Light that goes on as a table has it.
+#[inline]
+fn sampled(hit: &Hit<'_>, frame: &Frame, sample: &BsdfSample) -> ScatterEvent {
+    ScatterEvent {
         direction: frame.to_world(sample.wo).normalize(),
         side: match sample.lobe.transport {
             Transport::Reflection => hit.side,
             Transport::Transmission => hit.side.opposite(),
         },
         efficiency: sample.weight,
-    })
+    }
 }
 
 /// Refractive indices of the side from which light comes and of the other.
@@ -201,47 +199,6 @@ fn mirrored<L: Light>(
     (mirror.factor * light.pass(met.reflected)).min(1.0)
 }
 
-/// Response of a film to light that meets it.
-struct FilmIncidence {
-    amplitudes: Amplitudes,
-    /// Shares of the power.
-    reflected: f64,
-    transmitted: f64,
-}
-
-impl FilmIncidence {
-    /// Refers the light to its plane of incidence.
-    #[inline]
-    fn new<L: Light>(
-        hit: &Hit<'_>,
-        film: &Film,
-        direction: DVec3,
-        facing: DVec3,
-        light: &mut L,
-    ) -> Self {
-        let (n1, n2) = indices(hit);
-        let end = match hit.side {
-            Side::Inner => End::First,
-            Side::Outer => End::Last,
-        };
-        let amplitudes = film.amplitudes(end, n1, n2.into(), -direction.dot(facing));
-        let q = light.meet(direction, facing);
-        let of = |[s, p]: [f64; 2]| 0.5 * (s * (1.0 + q) + p * (1.0 - q));
-        Self {
-            reflected: of(amplitudes.reflectances()),
-            transmitted: of(amplitudes.transmittances()),
-            amplitudes,
-        }
-    }
-
-    /// Share of the power that goes on.
-    #[inline]
-    fn efficiency(&self) -> f64 {
-        let whole = self.reflected + self.transmitted;
-        if (whole - 1.0).abs() < WHOLE { 1.0 } else { whole.min(1.0) }
-    }
-}
-
 /// Draws between reflection and transmission at a film; the efficiency lacks what it absorbs.
 #[inline(never)]
 fn through<L: Light>(
@@ -253,15 +210,23 @@ fn through<L: Light>(
     rng: &mut impl Rng,
 ) -> ScatterEvent {
     let (n1, n2) = indices(hit);
-    let met = FilmIncidence::new(hit, film, direction, facing, light);
-    let efficiency = met.efficiency();
-    if random::unit(rng) * (met.reflected + met.transmitted) >= met.reflected
-        && let Refraction::Partial { refracted, .. } = refract(direction, facing, n1, n2)
+    let end = match hit.side {
+        Side::Inner => End::First,
+        Side::Outer => End::Last,
+    };
+    let amplitudes = film.amplitudes(end, n1, n2.into(), -direction.dot(facing));
+    let q = light.meet(direction, facing);
+    let of = |[s, p]: [f64; 2]| 0.5 * (s * (1.0 + q) + p * (1.0 - q));
+    let reflected = of(amplitudes.reflectances());
+    let whole = reflected + of(amplitudes.transmittances());
+    let efficiency = if (whole - 1.0).abs() < WHOLE { 1.0 } else { whole.min(1.0) };
+    if random::unit(rng) * whole >= reflected
+        && let Some((_, refracted)) = refract(direction, facing, n1, n2)
     {
-        light.pass(met.amplitudes.transmitted);
+        light.pass(amplitudes.transmitted);
         return ScatterEvent { direction: refracted, side: hit.side.opposite(), efficiency };
     }
-    light.pass(met.amplitudes.reflected);
+    light.pass(amplitudes.reflected);
     ScatterEvent { direction: reflect(direction, facing), side: hit.side, efficiency }
 }
 

@@ -51,6 +51,11 @@ impl Settings {
         }
     }
 
+    /// Paths of each group.
+    pub(crate) fn in_group(&self) -> u64 {
+        self.paths.div_ceil(self.groups as u64)
+    }
+
     /// Checks the numbers.
     pub(crate) fn check(&self) -> Result<(), Error> {
         if self.groups < 2 {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Mergeable means and the jackknife: values in, estimates with standard errors out.
+//! Means and the jackknife: values in, estimates with standard errors out.
 //!
 //! A run is cut into G groups of equally many paths, independent of each other. The scatter of the
 //! groups gives the error of any mean; for a derived metric (a ratio, the place of a maximum) the
 //! jackknife evaluates it on all groups but one, G times: SE² = (G-1)/G Σ (f₋g - mean f₋)², and its
-//! bias is (G-1)(mean f₋ - f). References: [Welford 1962], [Chan, Golub, LeVeque 1983], [Efron,
-//! Stein 1981].
+//! bias is (G-1)(mean f₋ - f). References: [Welford 1962], [Efron, Stein 1981].
 
 /// A result with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,7 +26,7 @@ impl Estimate {
     }
 }
 
-/// Running count, mean and sum of squared deviations; two halves merged equal the whole.
+/// Count, mean and sum of squared deviations of values.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Moments {
     count: u64,
@@ -36,36 +35,6 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Adds one value [Welford 1962].
-    pub fn push(&mut self, value: f64) {
-        self.count += 1;
-        let before = value - self.mean;
-        self.mean += before / self.count as f64;
-        self.squares += before * (value - self.mean);
-    }
-
-    /// Adds all values of `other` [Chan, Golub, LeVeque 1983].
-    pub fn merge(&mut self, other: &Self) {
-        if other.count == 0 {
-            return;
-        }
-        let (n, m) = (self.count as f64, other.count as f64);
-        let shift = other.mean - self.mean;
-        self.mean += shift * m / (n + m);
-        self.squares += other.squares + shift * shift * n * m / (n + m);
-        self.count += other.count;
-    }
-
-    /// Number of values.
-    pub fn count(&self) -> u64 {
-        self.count
-    }
-
-    /// Their mean.
-    pub fn mean(&self) -> f64 {
-        self.mean
-    }
-
     /// Unbiased variance of one value, 0 for fewer than two.
     pub fn variance(&self) -> f64 {
         if self.count < 2 { 0.0 } else { self.squares / (self.count - 1) as f64 }
@@ -83,12 +52,16 @@ impl Moments {
 }
 
 impl FromIterator<f64> for Moments {
+    /// Adds one value after the other [Welford 1962].
     fn from_iter<I: IntoIterator<Item = f64>>(values: I) -> Self {
-        let mut moments = Self::default();
+        let mut all = Self::default();
         for value in values {
-            moments.push(value);
+            all.count += 1;
+            let before = value - all.mean;
+            all.mean += before / all.count as f64;
+            all.squares += before * (value - all.mean);
         }
-        moments
+        all
     }
 }
 
@@ -108,20 +81,6 @@ pub fn jackknife(whole: f64, left_out: &[f64]) -> Estimate {
 mod tests {
     use super::*;
     use crate::random::{stream, unit};
-
-    #[test]
-    fn merged_halves_equal_the_whole() {
-        let mut rng = stream(7, 0);
-        let values: Vec<f64> = (0..1001).map(|_| 1e6 + unit(&mut rng)).collect();
-        let whole: Moments = values.iter().copied().collect();
-        let mut merged: Moments = values[..137].iter().copied().collect();
-        merged.merge(&values[137..].iter().copied().collect());
-        merged.merge(&Moments::default());
-        assert_eq!(merged.count(), whole.count());
-        assert!((merged.mean() / whole.mean() - 1.0).abs() < 1e-15);
-        assert!((merged.variance() / whole.variance() - 1.0).abs() < 1e-9);
-        assert!((whole.variance() * 12.0 - 1.0).abs() < 0.1);
-    }
 
     #[test]
     fn jackknife_of_a_mean_is_its_standard_error() {

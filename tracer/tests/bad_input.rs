@@ -275,7 +275,7 @@ fn broken_meridians() {
     assert!(Meridian::new(&[line(&[[0.0, 1.0]])]).is_err());
     let gap = Meridian::new(&[line(&[[0.0, 1.0], [1.0, 1.0]]), line(&[[1.1, 1.0], [1.7, 0.0]])]);
     assert_says(&gap.unwrap_err(), "element 1 begins at r = 1.1");
-    let short = Meridian::staircase(-1.0, 2.0, 1.6, 16).unwrap();
+    let short = staircase_to(1.6, 16);
     let bad = package(N, Dome::relief(short), 0.95, 0.86);
     assert_says(&bad.prototype().unwrap_err(), "radius at which the relief ends");
     let bad = package(N, Dome::Zones(vec![]), 0.95, 0.86);

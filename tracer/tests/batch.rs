@@ -43,7 +43,7 @@ fn agree(what: &str, scene: &Scene) {
         for (_, line) in ledger.named_surfaces() {
             all.extend([line.absorbed, line.outward, line.inward]);
         }
-        all.extend(ledger.named_media().map(|(_, power)| power));
+        all.extend(&ledger.media);
         all
     };
     for (k, (a, b)) in lines(&many).into_iter().zip(lines(&single)).enumerate() {

@@ -164,7 +164,8 @@ fn rays_in_the_air_are_judged_beside_every_body() {
                 Emission::Rays(rays),
             )],
         });
-        scene.place_array(id, count, 1, 2.0).build().map(|_| ())
+        place_array(&mut scene, id, [count, 1], 2.0);
+        scene.build().map(|_| ())
     };
     assert_eq!(scene(0.7, 400), Ok(()));
     assert_eq!(scene(2.0, 1), Ok(()));

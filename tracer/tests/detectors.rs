@@ -76,7 +76,7 @@ fn a_lambertian_disc_looks_equally_bright_from_everywhere() {
         "near",
         Measurement::Luminance(
             rectangle(UP, [0.1, -0.2, 1e-9], [1.6, 1.2], [2, 3]),
-            Angles::hemisphere(15.0, 60.0).unwrap(),
+            Angles::cone(90.0, 15.0, 60.0).unwrap(),
         ),
     );
     let outcome = seen(&disc(radius), std::slice::from_ref(&near), many() / 4, 1);
@@ -156,7 +156,7 @@ fn packages() -> Scene {
 fn between_walls(prototype: Prototype) -> Scene {
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(prototype);
-    scene.place_array(id, 2, 1, 4.0);
+    place_array(&mut scene, id, [2, 1], 4.0);
     let housing = tracer::housing::Housing {
         half: [5.0, 3.0],
         height: 2.0,
@@ -177,7 +177,7 @@ fn measurements_of_each_kind() -> Vec<Measurement> {
         Measurement::Plane(rectangle(UP, [0.0, 0.0, 2.5], [8.0, 6.0], [4, 3])),
         Measurement::Luminance(
             rectangle(UP, [0.0, 0.0, 2.5], [8.0, 6.0], [2, 1]),
-            Angles::hemisphere(30.0, 90.0).unwrap(),
+            Angles::cone(90.0, 30.0, 90.0).unwrap(),
         ),
         Measurement::Flux("wall".to_owned()),
     ]

@@ -171,7 +171,7 @@ fn what_stands_in_a_wall_is_refused() {
     let built = |half: f64| {
         let mut scene = SceneBuilder::new(Medium::air());
         let id = scene.prototype(package.prototype().unwrap());
-        scene.place_array(id, 2, 1, 4.0);
+        place_array(&mut scene, id, [2, 1], 4.0);
         for surface in housing([half, 3.0], 2.0, &grey, &grey).surfaces().unwrap() {
             scene.surface(surface);
         }

@@ -79,8 +79,8 @@ fn line(outcome: &Outcome, name: &str) -> f64 {
 
 fn absorbed_in(outcome: &Outcome, name: &str) -> f64 {
     let ledger = &outcome.total.ledger;
-    let found = ledger.named_media().find(|(known, _)| *known == name);
-    found.unwrap().1
+    let line = ledger.lines.media.iter().position(|known| known == name);
+    ledger.media[line.unwrap()]
 }
 
 fn air_ball(name: &str, radius: f64, absorption: f64) -> Prototype {
@@ -264,7 +264,7 @@ fn domes(dome: &Prototype, index: f64) -> Scene {
     let slab = holder(Medium::clear("slab", index), shape, &CLEAR);
     let mut scene = enclosed(Vec::new(), slab);
     let id = scene.prototype(dome.clone());
-    scene.place_array(id, 2, 2, 4.0);
+    place_array(&mut scene, id, [2, 2], 4.0);
     let mirror = SurfaceModel::Mirror { reflectance: 0.95 };
     let ground = tracer::package::ground(8.0, 8.0, mirror, SurfaceModel::Absorber);
     scene.surface(ground.unwrap());
@@ -308,7 +308,7 @@ fn light_between_two_patches_above_enclosed_domes_is_the_same_both_ways() {
         let shape = brick([4.5, 4.2, 0.7], &at([0.2, 0.1, 0.7], DMat3::IDENTITY, 1e-8));
         let mut scene = enclosed(Vec::new(), holder(glass, shape, &CLEAR));
         let id = scene.prototype(dark.clone());
-        scene.place_array(id, 2, 2, 4.0);
+        place_array(&mut scene, id, [2, 2], 4.0);
         let white = SurfaceModel::Lambertian { reflectance: 0.9 };
         scene.surface(tracer::package::ground(9.0, 9.0, white, SurfaceModel::Absorber).unwrap());
         let ([x, y, z], [along_x, along_y]) = from;

@@ -294,7 +294,8 @@ fn packages_apart_all_see_what_stands_among_them() {
         let mut scene = SceneBuilder::new(Medium::air());
         let dome = package(N, Dome::smooth(&CAP), 0.95, 0.86).prototype().unwrap();
         let id = scene.prototype(dome);
-        scene.place_array(id, 2, 1, 8.0).isolated(apart);
+        place_array(&mut scene, id, [2, 1], 8.0);
+        scene.isolated(apart);
         let among = scene.prototype(Prototype {
             media: Vec::new(),
             surfaces: vec![solid(

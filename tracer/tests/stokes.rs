@@ -104,7 +104,7 @@ fn at_brewsters_angle_s_alone_comes_back_and_malus_holds() {
         let across = DVec3::new(cos, sin, 0.0) * theta.sin();
         let scene = plate(across - DVec3::Z * theta.cos());
         let plane = Detector::new("plane", Measurement::Plane(up(3.0, 20.0))).stokes();
-        let glow = Angles::hemisphere(15.0, 30.0).unwrap();
+        let glow = Angles::cone(90.0, 15.0, 30.0).unwrap();
         let glow = Detector::new("glow", Measurement::Luminance(up(2.0, 20.0), glow)).stokes();
         let power = Detector::new("power", Measurement::Plane(up(3.0, 20.0)));
         let detectors = [sphere(), plane, glow, power];

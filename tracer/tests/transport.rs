@@ -350,7 +350,8 @@ fn bands_that_scatter_like_an_interface_are_an_interface() {
         let scene = array(&package(N, dome, 0.95, 0.86), 2, 8.3).build().unwrap();
         let outcome = trace(&scene, &[&far], &Settings::new(many() / 5, seed));
         outcome.jackknife_many(|totals| {
-            let mut values = far.azimuth_mean(&totals.readings[0]);
+            let rows = totals.readings[0].chunks_exact(far.phis());
+            let mut values: Vec<f64> = rows.map(|row| row.iter().sum()).collect();
             values.push(totals.ledger.extraction());
             values
         })
@@ -372,7 +373,7 @@ fn a_beam_enters_and_leaves_every_package_on_its_way() {
     prototype.sources.clear();
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(prototype);
-    scene.place_array(id, 3, 1, 4.0);
+    place_array(&mut scene, id, [3, 1], 4.0);
     let beam = Emission::Beam { direction: DVec3::X };
     let start = DVec3::new(-9.0, 0.3, 0.2);
     scene.source(Source::new("beam", start, Region::World, Emitter::Point, beam));

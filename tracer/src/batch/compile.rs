@@ -202,7 +202,7 @@ impl<'a> BatchTracer<'a> {
             .for_each(|(mode, primitive)| *mode = primitive.mode);
         let faces = primitives.len() as f64 - FlatCode::face(0.0).0;
         if let Some(surface) = members.solid {
-            add_box(&mut geometry, &mut primitives, surface)?;
+            add_box(&mut geometry, &mut primitives, surface);
         }
         Some(Self {
             scene,
@@ -250,11 +250,8 @@ fn add_box<'a>(
     geometry: &mut PackageGeometry,
     primitives: &mut Vec<Primitive<'a>>,
     surface: &'a CompiledSurface,
-) -> Option<()> {
-    let Shape::Cuboid(cuboid) = &surface.shape else {
-        return None;
-    };
-    let Bounds { low, high } = cuboid.bounds();
+) {
+    let Bounds { low, high } = surface.shape.bounds();
     (geometry.low, geometry.high) = (low.to_array(), high.to_array());
     for face in 0..6 {
         let mut primitive = Primitive::new(surface, face, [0.0; 3]);
@@ -262,5 +259,4 @@ fn add_box<'a>(
         geometry.flat_mode[FlatCode::face(face.into()).0 as usize] = primitive.mode;
         primitives.push(primitive);
     }
-    Some(())
 }

@@ -233,7 +233,7 @@ fn walk(
     stream: &mut PathStream,
     tally: &mut Tally<'_>,
 ) -> u64 {
-    tracer.walk(&mut path, Unpolarised, stream, tally, &mut ());
+    tracer.walk_to(&mut path, &mut Unpolarised, stream, (tally, &mut ()), u32::MAX);
     u64::from(path.history.bounces)
 }
 

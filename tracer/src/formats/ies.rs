@@ -205,23 +205,37 @@ fn body(fields: &mut Fields<'_>) -> Result<Ies, FormatError> {
         );
     }
     Ok(Ies {
-        version: String::new(),
-        keywords: Vec::new(),
         lamps,
         lumens_per_lamp,
         multiplier,
-        vertical,
-        horizontal,
         metres,
         size,
         ballast_factor,
         watts,
-        candela,
-        warnings: Vec::new(),
+        ..Ies::absolute(vertical, horizontal, candela)
     })
 }
 
 impl Ies {
+    /// A file of absolute candela values alone.
+    pub(super) fn absolute(vertical: Vec<f64>, horizontal: Vec<f64>, candela: Vec<f64>) -> Self {
+        Self {
+            version: String::new(),
+            keywords: Vec::new(),
+            lamps: 1,
+            lumens_per_lamp: -1.0,
+            multiplier: 1.0,
+            vertical,
+            horizontal,
+            metres: true,
+            size: [0.0; 3],
+            ballast_factor: 1.0,
+            watts: 0.0,
+            candela,
+            warnings: Vec::new(),
+        }
+    }
+
     /// True if candela values are absolute.
     pub fn is_absolute(&self) -> bool {
         self.lumens_per_lamp < 0.0
@@ -260,17 +274,9 @@ impl Ies {
         Self {
             version: WRITTEN.to_owned(),
             keywords,
-            lamps: 1,
             lumens_per_lamp,
-            multiplier: 1.0,
-            vertical,
-            horizontal,
-            metres: true,
-            size: [0.0; 3],
-            ballast_factor: 1.0,
             watts,
-            candela,
-            warnings: Vec::new(),
+            ..Self::absolute(vertical, horizontal, candela)
         }
     }
 }

@@ -58,7 +58,6 @@ pub struct LightToolsReader<R> {
     block: Vec<u8>,
     used: usize,
     at_end: bool,
-    rays: u64,
     sum: f64,
 }
 
@@ -107,17 +106,12 @@ impl<R: Read> LightToolsReader<R> {
             let got = header.flux.to_string();
             return Err(FormatError::offset(FLUX_AT, "a flux of 0 or more", got).into());
         }
-        Ok(Self { source, header, block: Vec::new(), used: 0, at_end: false, rays: 0, sum: 0.0 })
+        Ok(Self { source, header, block: Vec::new(), used: 0, at_end: false, sum: 0.0 })
     }
 
     /// The header.
     pub fn header(&self) -> &LightToolsHeader {
         &self.header
-    }
-
-    /// Rays read so far.
-    pub fn rays(&self) -> u64 {
-        self.rays
     }
 
     /// Sum of the fluxes of the rays read so far.
@@ -159,7 +153,6 @@ impl<R: Read> LightToolsReader<R> {
         };
         self.used += stride;
         let ray = checked(ray, offset)?;
-        self.rays += 1;
         self.sum += f64::from(ray.flux);
         Ok(Some(ray))
     }
@@ -201,10 +194,7 @@ impl<W: Write + Seek> LightToolsWriter<W> {
     /// If the sink fails.
     #[inline]
     pub fn write(&mut self, ray: &RayRecord) -> Result<(), RayFileError> {
-        let ([x, y, z], [l, m, n]) = (ray.position, ray.direction);
-        let row = [x, y, z, l, m, n, ray.flux, ray.wavelength];
-        let columns = if self.columns.coloured { 8 } else { 7 };
-        Ok(self.sink.push_row(&row[..columns], ray.flux)?)
+        Ok(self.sink.push(ray, self.columns.coloured.then_some(ray.wavelength))?)
     }
 
     /// Writes the end mark, fills in the header, and returns the number of rays and their flux.

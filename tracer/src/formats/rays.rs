@@ -79,53 +79,36 @@ impl<R: Read> Counted<R> {
     }
 }
 
-/// Reader of a header and of a known number of rays that are all of one length, in blocks, which
-/// sums their flux.
+/// Reader of a known number of rays that are all of one length, in blocks, which sums their flux.
 pub(super) struct RayBlocks<R> {
     source: Counted<R>,
     block: Vec<u8>,
     /// Bytes of `block` that are used.
     used: usize,
     stride: usize,
+    rays: u64,
     /// Rays that are not in `block` yet.
     left: u64,
     sum: f64,
 }
 
 impl<R: Read> RayBlocks<R> {
-    pub fn new(source: R) -> Self {
-        Self {
-            source: Counted::new(source),
-            block: Vec::new(),
-            used: 0,
-            stride: 1,
-            left: 0,
-            sum: 0.0,
-        }
-    }
-
-    /// The first `length` bytes.
-    pub fn header(&mut self, what: &str, length: usize) -> Result<Vec<u8>, RayFileError> {
-        self.source.part(what, length as u64)
-    }
-
-    /// Sets number and length of the rays behind the header; `length`, if known, is that of the
-    /// whole file.
-    pub fn expect(
-        &mut self,
+    /// Rays of `stride` bytes behind the header, which has been read; `length`, if known, is that
+    /// of the whole file.
+    pub fn new(
+        source: Counted<R>,
         rays: u64,
         stride: usize,
         length: Option<u64>,
-    ) -> Result<(), FormatError> {
-        let bytes = self.source.offset + rays * stride as u64;
+    ) -> Result<Self, FormatError> {
+        let bytes = u128::from(source.offset) + u128::from(rays) * stride as u128;
         if let Some(length) = length
-            && length != bytes
+            && u128::from(length) != bytes
         {
             let expected = format!("{bytes} bytes in all ({rays} rays of {stride})");
-            return Err(FormatError::offset(self.source.offset, expected, length.to_string()));
+            return Err(FormatError::offset(source.offset, expected, length.to_string()));
         }
-        (self.left, self.stride) = (rays, stride);
-        Ok(())
+        Ok(Self { source, block: Vec::new(), used: 0, stride, rays, left: rays, sum: 0.0 })
     }
 
     /// Sum of the fluxes of the rays read so far.
@@ -153,8 +136,9 @@ impl<R: Read> RayBlocks<R> {
             self.block.resize(rays as usize * self.stride, 0);
             let filled = self.source.fill(&mut self.block)?;
             if filled < self.block.len() {
-                let expected = format!("{} more rays of {} bytes", self.left, self.stride);
-                let got = format!("the end after {}", filled / self.stride);
+                let expected = format!("{} rays of {} bytes", self.rays, self.stride);
+                let whole = self.rays - self.left + (filled / self.stride) as u64;
+                let got = format!("the end after {whole} rays");
                 return Err(FormatError::offset(self.source.offset, expected, got).into());
             }
             (self.used, self.left) = (0, self.left - rays);
@@ -162,7 +146,7 @@ impl<R: Read> RayBlocks<R> {
                 let more = self.source.fill(&mut [0])?;
                 if more > 0 {
                     let offset = self.source.offset - 1;
-                    let expected = "the end after the last ray";
+                    let expected = format!("the end after {} rays", self.rays);
                     return Err(FormatError::offset(offset, expected, "more bytes").into());
                 }
                 return Ok(None);
@@ -197,11 +181,12 @@ impl<W: Write + Seek> RaySink<W> {
         self.rays
     }
 
-    /// Writes position, direction and flux of one ray.
+    /// Writes position, direction and flux of one ray, and its wavelength if it is stated.
     #[inline]
-    pub fn push(&mut self, ray: &RayRecord) -> io::Result<()> {
+    pub fn push(&mut self, ray: &RayRecord, wavelength: Option<f32>) -> io::Result<()> {
         let ([x, y, z], [l, m, n]) = (ray.position, ray.direction);
-        self.push_row(&[x, y, z, l, m, n, ray.flux], ray.flux)
+        let row = [x, y, z, l, m, n, ray.flux, wavelength.unwrap_or_default()];
+        self.push_row(&row[..7 + usize::from(wavelength.is_some())], ray.flux)
     }
 
     /// Writes the columns of one ray of this flux.

@@ -10,7 +10,7 @@
 //! `rayfile_converter.py`).
 
 use super::FormatError;
-use super::rays::{RayBlocks, RayFileError, RayRecord, RaySink, f32_at, vector_at};
+use super::rays::{Counted, RayBlocks, RayFileError, RayRecord, RaySink, f32_at, vector_at};
 use std::io::{Read, Seek, Write};
 
 /// Bytes before the rays.
@@ -61,8 +61,8 @@ impl<R: Read> SpeosReader<R> {
     /// # Errors
     /// If it is no such file: too short, without whole rays, or of a flux that is none.
     pub fn new(source: R, length: u64) -> Result<Self, RayFileError> {
-        let mut rays = RayBlocks::new(source);
-        let bytes = rays.header("a Speos ray header", HEADER)?;
+        let mut source = Counted::new(source);
+        let bytes = source.part("a Speos ray header", HEADER as u64)?;
         let body = length.saturating_sub(HEADER as u64);
         if !body.is_multiple_of(STRIDE as u64) {
             let expected = format!("whole rays of {STRIDE} bytes after the first {HEADER}");
@@ -79,7 +79,7 @@ impl<R: Read> SpeosReader<R> {
                 return Err(FormatError::offset(at, "a flux of 0 or more", flux.to_string()).into());
             }
         }
-        rays.expect(header.rays, STRIDE, Some(length))?;
+        let rays = RayBlocks::new(source, header.rays, STRIDE, Some(length))?;
         Ok(Self { rays, header })
     }
 

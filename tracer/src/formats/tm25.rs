@@ -11,7 +11,7 @@
 
 use super::FormatError;
 use super::rays::{
-    BLOCK, Counted, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at, vector_at,
+    Counted, RayBlocks, RayFileError, RayRecord, RaySink, f32_at, u32_at, vector_at,
 };
 use std::io::{Read, Seek, Write};
 
@@ -54,18 +54,12 @@ pub enum Spectrum {
 /// The header of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Tm25Header {
-    /// 0 simulated, 1 measured (other codes as they stand).
-    pub creation: u32,
     /// Luminous flux, lm; NaN if unknown.
     pub luminous_flux: f32,
     /// Radiant flux, W; NaN if unknown.
     pub radiant_flux: f32,
     /// Number of rays.
     pub rays: u64,
-    /// Date, as ISO 8601 has it.
-    pub date: String,
-    /// Code of where rays start, 0 to 7.
-    pub start: u32,
     /// Spectrum.
     pub spectrum: Spectrum,
     /// Flags of the columns, in the order of a ray.
@@ -100,14 +94,8 @@ impl Tm25Header {
 
 /// Reads rays from a file.
 pub struct Tm25Reader<R> {
-    source: Counted<R>,
+    rays: RayBlocks<R>,
     header: Tm25Header,
-    block: Vec<u8>,
-    /// Bytes of `block` that hold rays, and how many of them are used.
-    held: usize,
-    used: usize,
-    taken: u64,
-    sum: f64,
     /// Spectrum index of the last ray; NaN without such a column.
     spectrum_index: f32,
 }
@@ -162,16 +150,13 @@ fn parse(fixed: &[u8]) -> Result<(Tm25Header, u32, u64), FormatError> {
     for (k, description) in descriptions.iter_mut().enumerate() {
         *description = utf32(&fixed[288 + 4 * DESCRIPTION * k..][..4 * DESCRIPTION]);
     }
-    let date = fixed[28..56].iter().map_while(|&b| (b > 0).then_some(char::from(b)));
     let tables = code(76, "number of spectral tables", MAX_COUNT)?;
     let extra_text = u64::from(code(84, "bytes of further text", u32::MAX >> 1)?);
+    code(56, "code of the start positions", 7)?;
     let header = Tm25Header {
-        creation: u32_at(fixed, 8),
         luminous_flux: f32_at(fixed, 12),
         radiant_flux: f32_at(fixed, 16),
         rays,
-        date: date.collect(),
-        start: code(56, "code of the start positions", 7)?,
         spectrum: match kind {
             1 => Spectrum::Single(wavelength),
             2 => Spectrum::PerRay,
@@ -214,25 +199,8 @@ impl<R: Read> Tm25Reader<R> {
         source.part("the end of the spectral tables", used.next_multiple_of(32) - used)?;
         source.part("names of further columns", 512 * u64::from(header.extra_columns))?;
         source.part("further text", extra_text)?;
-        let stride = 4 * header.width() as u64;
-        let rays = header.rays;
-        let expected = u128::from(source.offset) + u128::from(rays) * u128::from(stride);
-        if let Some(length) = length
-            && u128::from(length) != expected
-        {
-            let expected = format!("{expected} bytes in all ({rays} rays of {stride})");
-            return Err(FormatError::offset(20, expected, length.to_string()).into());
-        }
-        Ok(Self {
-            source,
-            header,
-            block: Vec::new(),
-            held: 0,
-            used: 0,
-            taken: 0,
-            sum: 0.0,
-            spectrum_index: f32::NAN,
-        })
+        let rays = RayBlocks::new(source, header.rays, 4 * header.width(), length)?;
+        Ok(Self { rays, header, spectrum_index: f32::NAN })
     }
 
     /// The header.
@@ -242,7 +210,7 @@ impl<R: Read> Tm25Reader<R> {
 
     /// Sum of the fluxes of the rays read so far.
     pub fn sum(&self) -> f64 {
-        self.sum
+        self.rays.sum()
     }
 
     /// Number of the table of [`Tm25Header::tables`], from 1, that the file names as the spectrum
@@ -256,59 +224,32 @@ impl<R: Read> Tm25Reader<R> {
     /// # Errors
     /// If the file ends early or goes on after the last ray, or a ray is none.
     pub fn next_ray(&mut self) -> Result<Option<RayRecord>, RayFileError> {
-        if self.taken == self.header.rays {
-            let mut more = [0; 1];
-            if self.used == self.held && self.source.fill(&mut more)? > 0 {
-                let offset = self.source.offset - 1;
-                let expected = format!("the end after {} rays", self.header.rays);
-                return Err(FormatError::offset(offset, expected, "more bytes").into());
-            }
-            return Ok(None);
-        }
-        let stride = 4 * self.header.width();
-        if self.used == self.held {
-            let left = self.header.rays - self.taken;
-            let rays = left.min((BLOCK / stride).max(1) as u64) as usize;
-            self.block.resize(rays * stride, 0);
-            let filled = self.source.fill(&mut self.block)?;
-            self.held = filled / stride * stride;
-            self.used = 0;
-            if filled < self.block.len() && self.held == 0 {
-                let expected = format!("{} rays of {stride} bytes", self.header.rays);
-                let got = format!("the end after {} rays", self.taken);
-                return Err(FormatError::offset(self.source.offset, expected, got).into());
-            }
-        }
-        let bytes = &self.block[self.used..self.used + stride];
-        let offset = self.source.offset - (self.held - self.used) as u64;
-        let mut wavelength = match self.header.spectrum {
-            Spectrum::Single(wavelength) => wavelength,
-            _ => f32::NAN,
-        };
-        let (mut at, mut flux) = (24, [0.0; 2]);
-        for (k, ((_, count), on)) in COLUMNS.iter().zip(self.header.columns).enumerate() {
-            if on {
-                match k {
-                    0 => flux[0] = f32_at(bytes, at),
-                    1 => wavelength = f32_at(bytes, at),
-                    2 => flux[1] = f32_at(bytes, at),
-                    5 => self.spectrum_index = f32_at(bytes, at),
-                    _ => {}
+        let header = &self.header;
+        self.rays.next_ray(|bytes| {
+            let mut wavelength = match header.spectrum {
+                Spectrum::Single(wavelength) => wavelength,
+                _ => f32::NAN,
+            };
+            let (mut at, mut flux) = (24, [0.0; 2]);
+            for (k, ((_, count), on)) in COLUMNS.iter().zip(header.columns).enumerate() {
+                if on {
+                    match k {
+                        0 => flux[0] = f32_at(bytes, at),
+                        1 => wavelength = f32_at(bytes, at),
+                        2 => flux[1] = f32_at(bytes, at),
+                        5 => self.spectrum_index = f32_at(bytes, at),
+                        _ => {}
+                    }
+                    at += 4 * count;
                 }
-                at += 4 * count;
             }
-        }
-        let ray = RayRecord {
-            position: vector_at(bytes, 0),
-            direction: vector_at(bytes, 12),
-            flux: flux[usize::from(!self.header.is_radiant())],
-            wavelength,
-        };
-        self.used += stride;
-        self.taken += 1;
-        let ray = checked(ray, offset)?;
-        self.sum += f64::from(ray.flux);
-        Ok(Some(ray))
+            RayRecord {
+                position: vector_at(bytes, 0),
+                direction: vector_at(bytes, 12),
+                flux: flux[usize::from(!header.is_radiant())],
+                wavelength,
+            }
+        })
     }
 }
 
@@ -371,11 +312,7 @@ impl<W: Write + Seek> Tm25Writer<W> {
     /// If the sink fails.
     #[inline]
     pub fn write(&mut self, ray: &RayRecord) -> Result<(), RayFileError> {
-        if !self.per_ray {
-            return Ok(self.sink.push(ray)?);
-        }
-        let ([x, y, z], [l, m, n]) = (ray.position, ray.direction);
-        Ok(self.sink.push_row(&[x, y, z, l, m, n, ray.flux, ray.wavelength], ray.flux)?)
+        Ok(self.sink.push(ray, self.per_ray.then_some(ray.wavelength))?)
     }
 
     /// Writes what is left, fills in the header, and returns the number of rays and their flux in

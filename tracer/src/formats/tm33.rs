@@ -171,19 +171,6 @@ fn intensities(holder: Node<'_, '_>) -> Result<Ies, FormatError> {
         candela.extend_from_within(..vertical.len());
     }
     let degrees = |list: Vec<u64>| list.into_iter().map(f64::from_bits).collect();
-    Ok(Ies {
-        version: String::new(),
-        keywords: Vec::new(),
-        lamps: 1,
-        lumens_per_lamp: -1.0,
-        multiplier: number_of(holder, &["Multiplier"])?.unwrap_or(1.0),
-        vertical: degrees(vertical),
-        horizontal: degrees(horizontal),
-        metres: true,
-        size: [0.0; 3],
-        ballast_factor: 1.0,
-        watts: 0.0,
-        candela,
-        warnings: Vec::new(),
-    })
+    let multiplier = number_of(holder, &["Multiplier"])?.unwrap_or(1.0);
+    Ok(Ies { multiplier, ..Ies::absolute(degrees(vertical), degrees(horizontal), candela) })
 }

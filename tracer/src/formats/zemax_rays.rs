@@ -4,14 +4,16 @@
 //!
 //! Makers of LEDs publish these files. The program itself uses of the header the number of rays,
 //! the unit of length, and whether rays carry flux alone (in W or lm) or a wavelength too (then in
-//! W). So does [`ZemaxReader`]: flux and wavelength in the header are told and not used, since
-//! makers write what they like there. [`ZemaxWriter`] fills in both.
+//! W). So does [`ZemaxReader`]: the flux in the header is told and not used, and the wavelength
+//! there is passed over, since makers write what they like there. [`ZemaxWriter`] fills in both.
 //!
 //! Layout: the vendor's support article "Converting a binary Source File into ASCII" and the public
 //! code of TM25RaySetTools (`ZemaxBinary.h`).
 
 use super::FormatError;
-use super::rays::{RayBlocks, RayFileError, RayRecord, RaySink, f32_at, u32_at, vector_at};
+use super::rays::{
+    Counted, RayBlocks, RayFileError, RayRecord, RaySink, f32_at, u32_at, vector_at,
+};
 use std::io::{Read, Seek, Write};
 
 /// First bytes of a file: the format's number now and that of older files.
@@ -36,8 +38,6 @@ pub struct ZemaxHeader {
     pub description: String,
     /// Flux of the rays as stated, in the unit of the rays.
     pub flux: f32,
-    /// Wavelength as stated, nm; 0 where light is of several.
-    pub wavelength: f32,
     /// True if each ray has a wavelength.
     pub coloured: bool,
     /// True if flux is in W; else in lm.
@@ -59,8 +59,8 @@ impl<R: Read> ZemaxReader<R> {
     /// # Errors
     /// If it is no such file, or of another length.
     pub fn new(source: R, length: Option<u64>) -> Result<Self, RayFileError> {
-        let mut rays = RayBlocks::new(source);
-        let bytes = rays.header("a Zemax ray header", HEADER)?;
+        let mut source = Counted::new(source);
+        let bytes = source.part("a Zemax ray header", HEADER as u64)?;
         let code = |at: usize, expected: &str, allowed: &[u32]| {
             let value = u32_at(&bytes, at);
             if allowed.contains(&value) {
@@ -81,13 +81,12 @@ impl<R: Read> ZemaxReader<R> {
             rays: u64::from(u32_at(&bytes, 4)),
             description: description.collect::<String>().trim_end().to_owned(),
             flux: f32_at(&bytes, 112),
-            wavelength: 1e3 * f32_at(&bytes, 116),
             coloured,
             radiant: coloured || !luminous,
             millimetres: MILLIMETRES[unit as usize],
         };
         let stride = if coloured { 32 } else { 28 };
-        rays.expect(header.rays, stride, length)?;
+        let rays = RayBlocks::new(source, header.rays, stride, length)?;
         Ok(Self { rays, header })
     }
 
@@ -166,10 +165,7 @@ impl<W: Write + Seek> ZemaxWriter<W> {
     /// If the sink fails.
     #[inline]
     pub fn write(&mut self, ray: &RayRecord) -> Result<(), RayFileError> {
-        let ([x, y, z], [l, m, n]) = (ray.position, ray.direction);
-        let row = [x, y, z, l, m, n, ray.flux, 1e-3 * ray.wavelength];
-        let columns = if self.coloured { 8 } else { 7 };
-        Ok(self.sink.push_row(&row[..columns], ray.flux)?)
+        Ok(self.sink.push(ray, self.coloured.then_some(1e-3 * ray.wavelength))?)
     }
 
     /// Fills in the header, and returns the number of rays and their flux.

@@ -11,20 +11,6 @@ use glam::DVec3;
 
 use crate::ray::unit;
 
-/// Refraction at an interface.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Refraction {
-    /// Beyond the critical angle.
-    Total,
-    /// Reflected share of the power, and the direction of the rest.
-    Partial {
-        /// Reflectance for unpolarised light, 0 to 1.
-        reflectance: f64,
-        /// Unit direction of the refracted ray.
-        refracted: DVec3,
-    },
-}
-
 /// Fresnel's formulas at one angle of incidence, without branches: the kernel of scalar and batched
 /// tracing.
 #[derive(Debug, Clone, Copy)]
@@ -90,17 +76,13 @@ impl Fresnel {
 }
 
 /// Light along `direction` in index `n1` meets an interface to index `n2`, whose unit `normal`
-/// points to where light came from.
+/// points to where light came from: reflectance of unpolarised light, 0 to 1, and unit direction of
+/// the refracted ray; `None` beyond the critical angle.
 #[inline]
-pub fn refract(direction: DVec3, normal: DVec3, n1: f64, n2: f64) -> Refraction {
+pub fn refract(direction: DVec3, normal: DVec3, n1: f64, n2: f64) -> Option<(f64, DVec3)> {
     let fresnel = Fresnel::new(-direction.dot(normal), n1, n2);
-    if fresnel.total {
-        return Refraction::Total;
-    }
-    Refraction::Partial {
-        reflectance: fresnel.numerator / fresnel.denominator,
-        refracted: fresnel.refracted(direction, normal),
-    }
+    let reflectance = fresnel.numerator / fresnel.denominator;
+    (!fresnel.total).then(|| (reflectance, fresnel.refracted(direction, normal)))
 }
 
 /// Specular reflection at a plane with unit `normal`.
@@ -129,11 +111,8 @@ mod tests {
         for (n1, n2, degrees, expected) in cases {
             let theta = f64::to_radians(degrees);
             let direction = DVec3::new(theta.sin(), 0.0, -theta.cos());
-            let Refraction::Partial { reflectance, refracted } =
-                refract(direction, DVec3::Z, n1, n2)
-            else {
-                panic!("no refraction at {degrees} degrees");
-            };
+            let found = refract(direction, DVec3::Z, n1, n2);
+            let (reflectance, refracted) = found.expect("below the critical angle");
             assert!((reflectance - expected).abs() < 1e-9, "{degrees}: {reflectance}");
             assert!((n2 * refracted.x - n1 * theta.sin()).abs() < 1e-14);
             assert!(refracted.z < 0.0 && (refracted.length() - 1.0).abs() < 1e-15);
@@ -145,7 +124,7 @@ mod tests {
         let total = |degrees: f64| {
             let theta = degrees.to_radians();
             let direction = DVec3::new(0.0, theta.sin(), theta.cos());
-            refract(direction, -DVec3::Z, 1.41, 1.0) == Refraction::Total
+            refract(direction, -DVec3::Z, 1.41, 1.0).is_none()
         };
         assert!(!total(45.171_476_245) && total(45.171_476_247) && total(75.0));
     }
@@ -153,10 +132,8 @@ mod tests {
     #[test]
     fn equal_indices_let_pass_everything() {
         let direction = DVec3::new(0.6, 0.0, -0.8);
-        let Refraction::Partial { reflectance, refracted } = refract(direction, DVec3::Z, 1.3, 1.3)
-        else {
-            panic!("no refraction");
-        };
+        let found = refract(direction, DVec3::Z, 1.3, 1.3);
+        let (reflectance, refracted) = found.expect("refraction");
         assert!(reflectance == 0.0 && (refracted - direction).length() < 1e-15);
         assert!((reflect(direction, DVec3::Z) - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-15);
     }

@@ -37,9 +37,6 @@ pub(crate) trait Light: Default + Copy {
     /// Makes the light unpolarised.
     fn depolarise(&mut self);
 
-    /// Q/I, U/I and V/I referred to `s`, a direction at right angles to a ray along `direction`.
-    fn referred(&self, direction: DVec3, s: DVec3) -> [f64; 3];
-
     /// Sets Q/I, U/I and V/I referred to `s`.
     fn become_light(&mut self, parameters: [f64; 3], s: DVec3);
 
@@ -66,11 +63,6 @@ impl Light for Unpolarised {
 
     #[inline]
     fn depolarise(&mut self) {}
-
-    #[inline]
-    fn referred(&self, _direction: DVec3, _s: DVec3) -> [f64; 3] {
-        [0.0; 3]
-    }
 
     #[inline]
     fn become_light(&mut self, _parameters: [f64; 3], _s: DVec3) {}
@@ -106,13 +98,6 @@ impl Stokes {
         let [q, u, v] = stokes::turned([self.q, self.u, self.v], direction, self.s, s);
         Self { q, u, v, s }
     }
-
-    /// The light after E_s and E_p are multiplied, and its share of the power.
-    #[must_use]
-    pub fn passed(&self, amplitudes: [Complex64; 2]) -> (Self, f64) {
-        let ([q, u, v], share) = stokes::passed([self.q, self.u, self.v], amplitudes);
-        (Self { q, u, v, s: self.s }, share)
-    }
 }
 
 impl Light for Stokes {
@@ -133,19 +118,14 @@ impl Light for Stokes {
 
     #[inline]
     fn pass(&mut self, amplitudes: [Complex64; 2]) -> f64 {
-        let (left, share) = self.passed(amplitudes);
-        *self = left;
+        let ([q, u, v], share) = stokes::passed([self.q, self.u, self.v], amplitudes);
+        *self = Self { q, u, v, s: self.s };
         share
     }
 
     #[inline]
     fn depolarise(&mut self) {
         *self = Self::default();
-    }
-
-    fn referred(&self, direction: DVec3, s: DVec3) -> [f64; 3] {
-        let light = self.turned(direction, s);
-        [light.q, light.u, light.v]
     }
 
     fn become_light(&mut self, parameters: [f64; 3], s: DVec3) {

@@ -40,11 +40,6 @@ impl Angles {
         Self::new(layout, 180.0, theta_deg, phi_deg)
     }
 
-    /// Half of it, up to a polar angle of 90 degrees, which the width must divide.
-    pub fn hemisphere(theta_deg: f64, phi_deg: f64) -> Result<Self, Error> {
-        Self::cone(90.0, theta_deg, phi_deg)
-    }
-
     /// Directions up to the polar angle `end_deg`, at most 90 degrees, which the width must divide.
     pub fn cone(end_deg: f64, theta_deg: f64, phi_deg: f64) -> Result<Self, Error> {
         check("largest polar angle, degrees", end_deg, "up to 90", end_deg <= 90.0)?;
@@ -190,7 +185,7 @@ mod tests {
     fn measures_add_up_and_directions_find_their_bins() {
         let between = Angles::sphere(Layout::Between, 7.5, 30.0).unwrap();
         let about = Angles::sphere(Layout::About, 7.5, 30.0).unwrap();
-        let half = Angles::hemisphere(7.5, 30.0).unwrap();
+        let half = Angles::cone(90.0, 7.5, 30.0).unwrap();
         assert_eq!((between.thetas(), about.thetas(), half.thetas()), (24, 25, 12));
         for (angles, whole) in [(between, 4.0 * PI), (about, 4.0 * PI), (half, 2.0 * PI)] {
             let sum: f64 = angles.solid_angles().iter().sum();
@@ -209,7 +204,7 @@ mod tests {
         assert_eq!(about.bin(direction(60.0, -14.0)), Some(8 * 12));
         assert_eq!(about.bin(direction(60.0, 14.0)), Some(8 * 12));
         assert!(between.bin([0.0, 0.0, -1.0]).unwrap() < between.bins());
-        assert!(Angles::hemisphere(7.0, 30.0).is_err());
+        assert!(Angles::cone(90.0, 7.0, 30.0).is_err());
         let cone = Angles::cone(10.0, 2.5, 90.0).unwrap();
         let projected: f64 = cone.projected_solid_angles().iter().sum();
         assert!((projected / (PI * 10.0f64.to_radians().sin().powi(2)) - 1.0).abs() < 1e-14);

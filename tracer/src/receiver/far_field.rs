@@ -65,47 +65,6 @@ impl FarField {
         let middle = (theta as f64 + 0.5) * step;
         TAU / self.phis as f64 * 2.0 * middle.sin() * (0.5 * step).sin()
     }
-
-    /// Intensity of every bin in W/sr from the power in the bins, `watts`.
-    pub fn intensity(&self, watts: &[f64]) -> Vec<f64> {
-        watts
-            .chunks_exact(self.phis)
-            .enumerate()
-            .flat_map(|(theta, row)| row.iter().map(move |power| power / self.solid_angle(theta)))
-            .collect()
-    }
-
-    /// Intensity I(θ) in W/sr averaged over azimuth, one value for each θ bin.
-    pub fn azimuth_mean(&self, watts: &[f64]) -> Vec<f64> {
-        watts
-            .chunks_exact(self.phis)
-            .enumerate()
-            .map(|(theta, row)| {
-                row.iter().sum::<f64>() / (self.solid_angle(theta) * self.phis as f64)
-            })
-            .collect()
-    }
-
-    /// Intensity along θ in W/sr, averaged over the φ bins that overlap `phi_deg` ±
-    /// `half_width_deg` and the opposite azimuth: the cut of a pattern that looks the same from
-    /// both ends.
-    pub fn cut(&self, watts: &[f64], phi_deg: f64, half_width_deg: f64) -> Vec<f64> {
-        let half_bin = 180.0 / self.phis as f64;
-        let chosen: Vec<usize> = (0..self.phis)
-            .filter(|&phi| {
-                let off = (self.phi_deg(phi) - phi_deg).rem_euclid(180.0);
-                off.min(180.0 - off) < half_width_deg + half_bin - 1e-9
-            })
-            .collect();
-        watts
-            .chunks_exact(self.phis)
-            .enumerate()
-            .map(|(theta, row)| {
-                let power: f64 = chosen.iter().map(|&phi| row[phi]).sum();
-                power / (self.solid_angle(theta) * chosen.len().max(1) as f64)
-            })
-            .collect()
-    }
 }
 
 impl Receiver for FarField {
@@ -306,18 +265,5 @@ mod tests {
         assert!(FarField::new(0.7, 5.0).is_err());
         assert!(FarField::new(1.0, 0.0).is_err());
         assert!(FarField::new(f64::NAN, 5.0).is_err());
-    }
-
-    #[test]
-    fn cut_takes_both_ends_and_only_its_azimuths() {
-        let far = FarField::new(10.0, 10.0).unwrap();
-        let watts: Vec<f64> = (0..far.bins())
-            .map(|bin| {
-                far.solid_angle(bin / 36) * if [4, 22].contains(&(bin % 36)) { 3.0 } else { 1.0 }
-            })
-            .collect();
-        assert!(far.cut(&watts, 45.0, 0.0).iter().all(|&i| (i - 3.0).abs() < 1e-12));
-        assert!(far.cut(&watts, 135.0, 0.0).iter().all(|&i| (i - 1.0).abs() < 1e-12));
-        assert!(far.azimuth_mean(&watts).iter().all(|&i| (i - 40.0 / 36.0).abs() < 1e-12));
     }
 }

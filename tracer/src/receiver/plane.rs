@@ -59,16 +59,6 @@ impl PlaneMap {
         self.rectangle.bins()[1]
     }
 
-    /// Height of the plane, mm.
-    pub fn height_mm(&self) -> f64 {
-        self.height
-    }
-
-    /// Width of a bin, mm.
-    pub fn bin_mm(&self) -> f64 {
-        self.bin
-    }
-
     /// x of the middle of a column, mm.
     pub fn x_mm(&self, column: usize) -> f64 {
         self.rectangle.ends_mm()[0][0] + (column as f64 + 0.5) * self.bin
@@ -77,11 +67,6 @@ impl PlaneMap {
     /// y of the middle of a row, mm.
     pub fn y_mm(&self, row: usize) -> f64 {
         self.rectangle.ends_mm()[1][0] + (row as f64 + 0.5) * self.bin
-    }
-
-    /// Irradiance of every bin in W/mm² from the power in the bins, `watts`.
-    pub fn irradiance(&self, watts: &[f64]) -> Vec<f64> {
-        watts.iter().map(|power| power / (self.bin * self.bin)).collect()
     }
 
     /// True if it passes through a box.

@@ -2,8 +2,6 @@
 //! Segments of paths through the world, gathered until a receiver can sort many of them into bins
 //! together.
 
-use glam::DVec3;
-
 use super::PathHistory;
 use crate::optics::polarisation::Stokes;
 use crate::ray::Ray;
@@ -55,12 +53,6 @@ impl RayBuffer {
     #[inline]
     pub fn ray(&self, number: usize) -> Ray {
         Ray::from_lane(&self.origin, &self.direction, number)
-    }
-
-    /// Direction of one of the rays.
-    #[inline]
-    pub(super) fn direction(&self, number: usize) -> DVec3 {
-        DVec3::from_array([0, 1, 2].map(|axis| self.direction[axis][number]))
     }
 
     /// Adds a ray.

@@ -248,7 +248,7 @@ fn add_all(bins: &[u32], weights: &[f64], readings: &mut [f64]) {
 
 /// Adds Q, U and V of segment `k`, referred to s = `axis` × k, to their bins.
 fn read_stokes(segments: &RayBuffer, k: usize, axis: DVec3, readings: &mut [f64], bin: usize) {
-    let direction = segments.direction(k);
+    let direction = segments.ray(k).direction;
     let s =
         axis.cross(direction).try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
     let light = segments.light[k].turned(direction, s);

@@ -41,12 +41,13 @@ pub fn trace_observed(
         let mut ray = aim(Ray { origin: ray.origin - carrier, ..ray });
         ray.origin += carrier;
         let state = &mut tracer.begin(ray, (number, source), &mut tally, observer);
+        let watched = (&mut tally, &mut *observer);
         match settings.polarisation {
             Polarisation::Unpolarised => {
-                tracer.walk(state, Unpolarised, &mut rng, &mut tally, observer);
+                tracer.walk_to(state, &mut Unpolarised, &mut rng, watched, u32::MAX);
             }
             Polarisation::Carried => {
-                tracer.walk(state, Stokes::default(), &mut rng, &mut tally, observer);
+                tracer.walk_to(state, &mut Stokes::default(), &mut rng, watched, u32::MAX);
             }
         }
     }

@@ -3,14 +3,27 @@
 
 use super::long_paths::{LONG, LongPaths};
 use super::walk::Walk;
-use crate::optics::polarisation::Light;
+use crate::optics::polarisation::{Light, Polarisation, Stokes, Unpolarised};
 use crate::random::Streams;
 
 /// Paths between two readings of the cancellation flag.
 pub(super) const STRIDE: u64 = 4096;
 
 /// Traces paths one after the other; returns how many surfaces they met, `None` if stopped.
-pub(super) fn one_by_one<L: Light>(
+pub(super) fn trace<W: Walk<Unpolarised> + Walk<Stokes>>(
+    walk: &mut W,
+    polarisation: Polarisation,
+    paths: u64,
+    streams: Streams,
+    keep_going: impl FnMut(u64) -> bool,
+) -> Option<u64> {
+    match polarisation {
+        Polarisation::Unpolarised => one_by_one::<Unpolarised>(walk, paths, streams, keep_going),
+        Polarisation::Carried => one_by_one::<Stokes>(walk, paths, streams, keep_going),
+    }
+}
+
+fn one_by_one<L: Light>(
     walk: &mut impl Walk<L>,
     paths: u64,
     streams: Streams,

@@ -8,22 +8,16 @@
 //! stated weights into channels: power with weight 1 everywhere, X, Y and Z with those of the
 //! standard observer.
 
-use rayon::prelude::*;
-use std::sync::atomic::Ordering;
-
 use super::control::Control;
-use super::one_by_one::{STRIDE, one_by_one};
+use super::groups::{self, Group, Progress};
+use super::one_by_one;
 use super::walk::SpectralWalk;
-use crate::checkpoint;
 use crate::error::{Error, check};
-use crate::optics::polarisation::{Polarisation, Stokes, Unpolarised};
 use crate::outcome::{Outcome, Totals};
 use crate::path::Tracer;
-use crate::random::{self, Streams};
 use crate::receiver::{Receiver, Tally};
 use crate::scene::Scene;
-use crate::settings::{Sampling, Settings};
-use crate::source_picker::SourcePicker;
+use crate::settings::Settings;
 
 /// Scenes of several wavelengths, what sources emit at each, and the sums to read.
 ///
@@ -84,16 +78,8 @@ impl WavelengthRun<'_> {
         settings: &Settings,
         control: Control<'_>,
     ) -> Result<Vec<Outcome>, Error> {
-        let all = 0..settings.groups as u64;
-        let groups = self.groups(receivers, settings, control, all)?;
-        let in_group = settings.paths.div_ceil(settings.groups as u64);
-        let paths = in_group * groups.len() as u64;
-        let hits = groups.iter().map(|(_, hits)| hits).sum();
-        let mut channels: Vec<Vec<Totals>> = self.channels.iter().map(|_| Vec::new()).collect();
-        for (totals, _) in groups {
-            channels.iter_mut().zip(totals).for_each(|(channel, of_group)| channel.push(of_group));
-        }
-        Ok(channels.into_iter().map(|groups| Outcome::new(paths, hits, groups)).collect())
+        let groups = self.groups(receivers, settings, control, 0..u64::MAX)?;
+        Ok(groups::outcomes(settings, self.channels.len(), groups))
     }
 
     /// Traces those of `groups` that the checkpoints of `control` lack, and hands them to the
@@ -108,7 +94,6 @@ impl WavelengthRun<'_> {
         control: Control<'_>,
         groups: std::ops::Range<u64>,
     ) -> Result<(), Error> {
-        let groups = groups.start..groups.end.min(settings.groups as u64);
         self.groups(receivers, settings, control, groups).map(drop)
     }
 
@@ -119,7 +104,7 @@ impl WavelengthRun<'_> {
         settings: &Settings,
         control: Control<'_>,
         groups: std::ops::Range<u64>,
-    ) -> Result<Vec<(Vec<Totals>, u64)>, Error> {
+    ) -> Result<Vec<Group>, Error> {
         settings.check()?;
         let emission = self.check()?;
         for scene in self.scenes {
@@ -131,58 +116,22 @@ impl WavelengthRun<'_> {
                 Tracer::new(scene, receivers, settings).at(self.wavelengths_nm, number)
             })
             .collect();
-        let in_group = settings.paths.div_ceil(settings.groups as u64);
-        let one = |group: u64| {
-            if let Some(stored) = self.stored(&tracers[0], group, control) {
-                if let Some(progress) = control.progress {
-                    progress(in_group);
-                }
-                return Ok(stored);
-            }
-            let at = (settings.seed, group, in_group);
-            let done = self.group(&tracers, &emission, at, control)?;
-            if let Some(checkpoints) = control.checkpoints {
-                let bytes: Vec<u8> =
-                    done.0.iter().flat_map(|totals| checkpoint::to_bytes(totals, done.1)).collect();
-                checkpoints.keep(group, &bytes);
-            }
-            Ok(done)
-        };
-        groups.into_par_iter().map(one).collect()
-    }
-
-    /// A group from the checkpoints, the channels one after the other.
-    fn stored(
-        &self,
-        tracer: &Tracer<'_>,
-        group: u64,
-        control: Control<'_>,
-    ) -> Option<(Vec<Totals>, u64)> {
-        let bytes = control.checkpoints?.find(group)?;
-        let like = Tally::new(&tracer.receivers).totals;
-        let size = bytes.len() / self.channels.len();
-        let all: Option<Vec<(Totals, u64)>> = (0..self.channels.len())
-            .map(|k| checkpoint::from_bytes(bytes.get(k * size..(k + 1) * size)?, &like))
-            .collect();
-        let all = all?;
-        let hits = all.first()?.1;
-        Some((all.into_iter().map(|(totals, _)| totals).collect(), hits))
+        let like = || Tally::new(&tracers[0].receivers).totals;
+        groups::resumed(settings, control, groups, self.channels.len(), like, |group| {
+            self.group(&tracers, &emission, (settings.seed, group), settings.in_group(), control)
+        })
     }
 
     fn group(
         &self,
         tracers: &[Tracer<'_>],
         emission: &[Vec<f64>],
-        (seed, group, paths): (u64, u64, u64),
+        at: (u64, u64),
+        paths: u64,
         control: Control<'_>,
-    ) -> Result<(Vec<Totals>, u64), Error> {
+    ) -> Result<Group, Error> {
         let first = &tracers[0];
-        let mut rng = random::stream(seed, group);
-        let mut picker = SourcePicker::new(&first.scene.sources, &mut rng);
-        let streams = Streams::new(&mut rng);
-        if first.sampling == Sampling::Sobol {
-            picker.scramble(paths, &mut rng);
-        }
+        let (picker, streams) = groups::begin(first, at, paths);
         let mut walk = SpectralWalk {
             tracers,
             picker,
@@ -190,24 +139,11 @@ impl WavelengthRun<'_> {
             emission,
             observer: &mut (),
         };
-        let mut reported = 0;
-        let keep_going = |done: u64| {
-            if let Some(progress) = control.progress.filter(|_| done >= reported + STRIDE) {
-                progress(done - reported);
-                reported = done;
-            }
-            !control.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed))
-        };
-        let hits = match first.polarisation {
-            Polarisation::Unpolarised => {
-                one_by_one::<Unpolarised>(&mut walk, paths, streams, keep_going)
-            }
-            Polarisation::Carried => one_by_one::<Stokes>(&mut walk, paths, streams, keep_going),
-        };
+        let mut progress = Progress::new(control);
+        let keep_going = |done: u64| progress.keep_going(done);
+        let hits = one_by_one::trace(&mut walk, first.polarisation, paths, streams, keep_going);
         let hits = hits.ok_or(Error::Cancelled)?;
-        if let Some(progress) = control.progress {
-            progress(paths - reported);
-        }
+        progress.report(paths);
         let scale = first.scene.power() / paths as f64;
         let of_wavelength: Vec<Totals> = walk.tallies.into_iter().map(Tally::close).collect();
         let sum = |weights: &Vec<f64>| {

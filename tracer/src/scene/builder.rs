@@ -68,25 +68,6 @@ impl SceneBuilder {
         self
     }
 
-    /// Places `columns` × `rows` instances at distances of `pitch` mm along x and y, centred on the
-    /// origin.
-    pub fn place_array(
-        &mut self,
-        prototype: PrototypeId,
-        columns: usize,
-        rows: usize,
-        pitch: f64,
-    ) -> &mut Self {
-        let middle = |count: usize| 0.5 * (count as f64 - 1.0);
-        for row in 0..rows {
-            for column in 0..columns {
-                let (x, y) = (column as f64 - middle(columns), row as f64 - middle(rows));
-                self.place(prototype, DVec3::new(x * pitch, y * pitch, 0.0));
-            }
-        }
-        self
-    }
-
     /// Places the array solids: a prototype at the origin whose solids stand between, above or
     /// around the instances. A solid encloses an instance wholly or not at all; its medium then is
     /// the instance's [`Region::World`], which scattering tables have to fit. Array solids cut no

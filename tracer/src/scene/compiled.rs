@@ -232,35 +232,18 @@ impl Body {
             .filter(|s| self.from_world.is_empty() || s.regions.contains(&Region::World))
     }
 
-    /// The nearest surface that borders the world.
+    /// The nearest surface that borders the medium of this number, or the world.
     #[expect(
         clippy::inline_always,
         reason = "one copy of the loop over a path for each kind of light and observer: left \
             alone, the compiler calls it, a tenth slower"
     )]
     #[inline(always)]
-    pub fn nearest_from_world(&self, ray: &Ray, reach: Reach) -> Option<BodyHit> {
-        self.nearest(&self.from_world, ray, reach)
-    }
-
-    /// The nearest surface that borders medium `number`.
-    #[expect(
-        clippy::inline_always,
-        reason = "one copy of the loop over a path for each kind of light and observer: left \
-            alone, the compiler calls it, a tenth slower"
-    )]
-    #[inline(always)]
-    pub fn nearest_from_medium(&self, number: u8, ray: &Ray, reach: Reach) -> Option<BodyHit> {
-        self.nearest(&self.from_media[usize::from(number)], ray, reach)
-    }
-
-    #[expect(
-        clippy::inline_always,
-        reason = "one copy of the loop over a path for each kind of light and observer: left \
-            alone, the compiler calls it, a tenth slower"
-    )]
-    #[inline(always)]
-    fn nearest(&self, bordering: &Bordering, ray: &Ray, mut reach: Reach) -> Option<BodyHit> {
+    pub fn nearest(&self, medium: Option<u8>, ray: &Ray, mut reach: Reach) -> Option<BodyHit> {
+        let bordering = match medium {
+            Some(number) => &self.from_media[usize::from(number)],
+            None => &self.from_world,
+        };
         let mut found = None;
         for border in bordering {
             if border.passed_by(ray) {

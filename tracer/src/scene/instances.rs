@@ -141,23 +141,32 @@ impl Instances {
                 return None;
             }
             let body = &bodies[only.prototype as usize];
-            return body.nearest_from_world(&only.local(ray), reach).map(|hit| (0, hit));
+            return body.nearest(None, &only.local(ray), reach).map(|hit| (0, hit));
         }
         self.nearest_of_many(bodies, ray, reach, except)
     }
 
-    /// The nearest hit on one instance, with its number.
-    pub fn one(
+    /// The nearest hit on the instances of these numbers, with its number.
+    pub fn nearest_of(
         &self,
         bodies: &[Body],
         ray: &Ray,
-        reach: Reach,
-        number: u32,
+        mut reach: Reach,
+        numbers: impl IntoIterator<Item = u32>,
     ) -> Option<(u32, BodyHit)> {
-        self.boxes[number as usize].entry(ray.origin, ray.direction.recip(), reach)?;
-        let instance = &self.list[number as usize];
-        let body = &bodies[instance.prototype as usize];
-        body.nearest_from_world(&instance.local(ray), reach).map(|hit| (number, hit))
+        let inverse = ray.direction.recip();
+        let mut found = None;
+        for number in numbers {
+            let instance = &self.list[number as usize];
+            let body = &bodies[instance.prototype as usize];
+            if self.boxes[number as usize].entry(ray.origin, inverse, reach).is_some()
+                && let Some(hit) = body.nearest(None, &instance.local(ray), reach)
+            {
+                reach.to = hit.at.distance;
+                found = Some((number, hit));
+            }
+        }
+        found
     }
 
     fn nearest_of_many(
@@ -173,7 +182,7 @@ impl Instances {
                 return;
             }
             let body = &bodies[instance.prototype as usize];
-            if let Some(hit) = body.nearest_from_world(&instance.local(ray), *reach) {
+            if let Some(hit) = body.nearest(None, &instance.local(ray), *reach) {
                 reach.to = hit.at.distance;
                 found = Some((number, hit));
             }

@@ -29,6 +29,7 @@ pub use surroundings::{Containment, Surroundings};
 
 use bsdf::Side;
 use glam::DVec3;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::optics::luminescence::{Collisions, Luminophore};
@@ -80,6 +81,12 @@ pub(crate) struct Candidates {
     pub only: Option<u32>,
 }
 
+/// Names of these lines of `all`, each once and in the order of `all`.
+fn names(all: &[String], lines: impl Iterator<Item = usize>) -> Vec<String> {
+    let lines: BTreeSet<usize> = lines.collect();
+    lines.into_iter().map(|line| all[line].clone()).collect()
+}
+
 /// A valid scene, ready for tracing.
 pub struct Scene {
     pub(crate) world: CompiledMedium,
@@ -96,7 +103,7 @@ pub struct Scene {
     /// The instance of the array solids, which is the last one.
     array_solids: Option<u32>,
     /// Search structures where instances stand in array solids.
-    nested: Option<Nested>,
+    pub(crate) nested: Option<Nested>,
 }
 
 impl Scene {
@@ -150,12 +157,8 @@ impl Scene {
             .iter()
             .chain([&self.ground])
             .flat_map(|body| body.surfaces.iter().flat_map(|s| &s.patches));
-        let mut lines: Vec<usize> =
-            patches.filter(|patch| patch.optics.scatters()).map(|patch| patch.line).collect();
-        lines.sort_unstable();
-        lines.dedup();
-        let name = |line: usize| self.lines.surfaces[line].clone();
-        lines.into_iter().map(name).collect()
+        let lines = patches.filter(|patch| patch.optics.scatters()).map(|patch| patch.line);
+        names(&self.lines.surfaces, lines)
     }
 
     /// Names of the media that scatter, and so leave light unpolarised, in ledger order.
@@ -163,10 +166,7 @@ impl Scene {
         let media = self.bodies.iter().flat_map(|body| &body.media);
         let scatters =
             |medium: &&CompiledMedium| medium.collisions.as_ref().is_some_and(Collisions::scatter);
-        let mut lines: Vec<usize> = media.filter(scatters).map(|medium| medium.line).collect();
-        lines.sort_unstable();
-        lines.dedup();
-        lines.into_iter().map(|line| self.lines.media[line].clone()).collect()
+        names(&self.lines.media, media.filter(scatters).map(|medium| medium.line))
     }
 
     /// Luminophores of all media.
@@ -259,12 +259,6 @@ impl Scene {
         instance.filter(|_| self.isolated)
     }
 
-    /// True if instances stand in array solids.
-    #[inline]
-    pub(crate) fn has_nested(&self) -> bool {
-        self.nested.is_some()
-    }
-
     /// The location outside of an instance, or on the near side of a surface of the world.
     #[inline]
     pub(crate) fn around(&self, instance: Option<u32>) -> Location {
@@ -338,29 +332,8 @@ impl Scene {
         }
     }
 
-    /// The nearest hit on one instance and on the array solids, but not on `except`.
-    fn nearest_of_one(
-        &self,
-        ray: &Ray,
-        mut reach: Reach,
-        except: Option<u32>,
-        only: u32,
-    ) -> Option<(u32, BodyHit)> {
-        let mut found = None;
-        for number in [Some(only), self.array_solids].into_iter().flatten() {
-            if except == Some(number) {
-                continue;
-            }
-            if let Some(met) = self.instances.one(&self.bodies, ray, reach, number) {
-                reach.to = met.1.at.distance;
-                found = Some(met);
-            }
-        }
-        found
-    }
-
     /// The nearest surface that borders the region of the ray, met from that region. Only for
-    /// scenes without instances in array solids; [`Scene::nearest_anywhere`] serves all.
+    /// scenes without instances in array solids; [`Scene::nearest_of_nested`] serves the others.
     #[expect(
         clippy::inline_always,
         reason = "one copy of the loop over a path for each kind of light and observer: left \
@@ -377,18 +350,22 @@ impl Scene {
         match location {
             Location::Inside { instance, medium } => {
                 let body = self.body(instance);
-                let hit = body.nearest_from_medium(medium, ray, reach)?;
+                let hit = body.nearest(Some(medium), ray, reach)?;
                 Some(Self::hit_of(body, Some(instance), hit))
             }
             Location::World => {
-                let ground = self.ground.nearest_from_world(ray, reach);
+                let ground = self.ground.nearest(None, ray, reach);
                 if let Some(hit) = ground {
                     reach.to = hit.at.distance;
                 }
                 let except = candidates.except;
                 let met = match candidates.only {
                     None => self.instances.nearest(&self.bodies, ray, reach, except),
-                    Some(only) => self.nearest_of_one(ray, reach, except, only),
+                    Some(only) => {
+                        let both = [Some(only), self.array_solids].into_iter().flatten();
+                        let numbers = both.filter(|number| except != Some(*number));
+                        self.instances.nearest_of(&self.bodies, ray, reach, numbers)
+                    }
                 };
                 if let Some((instance, hit)) = met {
                     return Some(Self::hit_of(self.body(instance), Some(instance), hit));

@@ -105,7 +105,7 @@ impl Nested {
         &self,
         bodies: &[Body],
         ray: &Ray,
-        mut reach: Reach,
+        reach: Reach,
         region: Region,
         candidates: Candidates,
     ) -> Option<(u32, BodyHit)> {
@@ -113,21 +113,15 @@ impl Nested {
         let stands_here = |number: &u32| self.outside[*number as usize] == region;
         let local = |number: u32| self.local[number as usize];
         let except = candidates.except.filter(stands_here);
-        let Some(only) = candidates.only else {
-            let met = group.instances.nearest(bodies, ray, reach, except.map(local));
-            return met.map(|(within, hit)| (group.numbers[within as usize], hit));
+        let met = match candidates.only {
+            None => group.instances.nearest(bodies, ray, reach, except.map(local)),
+            Some(only) => {
+                let here = [only, self.array_solids].into_iter().filter(stands_here);
+                let numbers = here.filter(|number| except != Some(*number)).map(local);
+                group.instances.nearest_of(bodies, ray, reach, numbers)
+            }
         };
-        let mut found = None;
-        for number in [only, self.array_solids].into_iter().filter(stands_here) {
-            if except == Some(number) {
-                continue;
-            }
-            if let Some((_, hit)) = group.instances.one(bodies, ray, reach, local(number)) {
-                reach.to = hit.at.distance;
-                found = Some((number, hit));
-            }
-        }
-        found
+        met.map(|(within, hit)| (group.numbers[within as usize], hit))
     }
 
     /// Calls `test` for every instance of this region whose box the ray may meet within `reach`,
@@ -147,21 +141,8 @@ impl Nested {
 }
 
 impl Scene {
-    /// [`Scene::nearest`] for every scene.
-    pub(crate) fn nearest_anywhere(
-        &self,
-        ray: &Ray,
-        location: Location,
-        candidates: Candidates,
-    ) -> Option<Hit<'_>> {
-        match &self.nested {
-            Some(nested) => self.nearest_of_nested(nested, ray, location, candidates),
-            None => self.nearest(ray, location, candidates),
-        }
-    }
-
     /// [`Scene::nearest`] where instances stand in array solids.
-    fn nearest_of_nested(
+    pub(crate) fn nearest_of_nested(
         &self,
         nested: &Nested,
         ray: &Ray,
@@ -172,12 +153,12 @@ impl Scene {
         // The surfaces of the region itself: of the world, or of the body that it belongs to.
         let own = match location {
             Location::World => {
-                let hit = self.ground.nearest_from_world(ray, reach);
+                let hit = self.ground.nearest(None, ray, reach);
                 hit.map(|hit| Self::hit_of(&self.ground, None, hit))
             }
             Location::Inside { instance, medium } => {
                 let body = self.body(instance);
-                let hit = body.nearest_from_medium(medium, ray, reach);
+                let hit = body.nearest(Some(medium), ray, reach);
                 hit.map(|hit| Self::hit_of(body, Some(instance), hit))
             }
         };

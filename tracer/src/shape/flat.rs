@@ -108,17 +108,11 @@ impl Plane {
 
     /// The edges of a rectangle, from end to end.
     pub(super) fn edges(&self) -> Vec<[DVec3; 2]> {
-        let Extent::Rectangle { half_u, half_v } = self.extent else {
+        if !matches!(self.extent, Extent::Rectangle { .. }) {
             return Vec::new();
-        };
-        let corner = |u: f64, v: f64| self.point + self.frame.t * u + self.frame.b * v;
-        let corners = [
-            corner(-half_u, -half_v),
-            corner(half_u, -half_v),
-            corner(half_u, half_v),
-            corner(-half_u, half_v),
-        ];
-        (0..4).map(|k| [corners[k], corners[(k + 1) % 4]]).collect()
+        }
+        let around = |c: [DVec3; 4]| (0..4).map(move |k| [c[k], c[(k + 1) % 4]]);
+        self.polygons(0.0).into_iter().flat_map(around).collect()
     }
 
     /// Corners of the polygon of each patch; `reach` (mm, from its point) is as far as planes

@@ -61,22 +61,6 @@ impl Meridian {
         Ok(Self { frusta, elements: elements.len() })
     }
 
-    /// A staircase standing on a sphere about (0, 0, `centre_z`): from r = 0 to `rim` in `steps`
-    /// equal steps, each a level tread at the height of the sphere at its inner end, then a riser
-    /// down to the sphere.
-    pub fn staircase(centre_z: f64, radius: f64, rim: f64, steps: usize) -> Result<Self, Error> {
-        let height = |r: f64| centre_z + (radius * radius - r * r).sqrt();
-        let at = |k: usize| rim * k as f64 / steps as f64;
-        let elements: Vec<Element> = (0..steps)
-            .map(|k| {
-                let (inner, outer) = (at(k), at(k + 1));
-                let (top, foot) = (height(inner), height(outer));
-                Element { points: vec![[inner, top], [outer, top], [outer, foot]] }
-            })
-            .collect();
-        Self::new(&elements)
-    }
-
     /// Number of elements.
     pub fn elements(&self) -> usize {
         self.elements

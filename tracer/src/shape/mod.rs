@@ -138,9 +138,8 @@ impl Shape {
     pub(crate) fn ball(&self) -> Option<(DVec3, f64)> {
         match self {
             Self::Sphere(sphere) => {
-                let (centre, radius, [low, high]) = sphere.ball();
-                let whole = low <= centre - radius && high >= centre + radius;
-                whole.then_some((DVec3::Z * centre, radius))
+                let (centre, radius, _) = sphere.ball();
+                sphere.whole().then_some((DVec3::Z * centre, radius))
             }
             Self::Placed(placed) => placed.ball(),
             _ => None,

@@ -25,10 +25,8 @@ pub struct Revolution {
     frusta: Vec<Frustum>,
     patch_of_frustum: Vec<u32>,
     patches: usize,
-    /// Height of the centre of the shell, its inner and outer radius.
-    centre_z: f64,
-    inner: f64,
-    outer: f64,
+    /// The shell in which it lies, with a slack far above rounding.
+    shell: Shell,
     low: f64,
     high: f64,
     rim: f64,
@@ -84,9 +82,11 @@ impl Revolution {
         Self {
             patch_of_frustum: meridian.frusta().iter().map(|&(_, patch)| patch).collect(),
             patches: meridian.elements(),
-            centre_z,
-            inner: (inner - SLACK * size).max(0.0),
-            outer: outer + SLACK * size,
+            shell: Shell {
+                centre_z,
+                inner: (inner - SLACK * size).max(0.0),
+                outer: outer + SLACK * size,
+            },
             low: low - SLACK * size,
             high: high + SLACK * size,
             rim,
@@ -126,7 +126,7 @@ impl Revolution {
 
     /// The shell in which it lies, with a slack far above rounding.
     pub(crate) fn shell(&self) -> Shell {
-        Shell { centre_z: self.centre_z, inner: self.inner, outer: self.outer }
+        self.shell
     }
 
     /// True if every normal points away from the axis or along it, and up or level.
@@ -156,7 +156,7 @@ impl Revolution {
             };
             return self.intersect(ray, reach, sides);
         };
-        let passage = self.shell().passage(ray.origin.to_array(), ray.direction.to_array());
+        let passage = self.shell.passage(ray.origin.to_array(), ray.direction.to_array());
         let found = match side {
             Side::Inner => stairs.leave_through(&passage, Axial::new(ray)),
             Side::Outer => stairs.enter_through(&passage, Axial::new(ray)),
@@ -181,30 +181,17 @@ impl Revolution {
         }
 
         // Clip to the outer sphere of the shell.
-        let from_centre = DVec3::new(ray.origin.x, ray.origin.y, ray.origin.z - self.centre_z);
-        let nearest = -from_centre.dot(ray.direction);
-        let across2 = (from_centre + ray.direction * nearest).length_squared();
-        let outer_half2 = self.outer * self.outer - across2;
-        if outer_half2 < 0.0 {
-            return None;
-        }
-        let outer_half = outer_half2.sqrt();
-        from = from.max(nearest - outer_half);
-        to = to.min(nearest + outer_half);
+        let passage = self.shell.passage(ray.origin.to_array(), ray.direction.to_array());
+        from = from.max(passage.whole[0]);
+        to = to.min(passage.whole[1]);
         if from > to {
             return None;
         }
 
         // Leave out the empty inner sphere and march through the rest in order.
         let mut march = March { shape: self, axial, reach, sides, found: None };
-        let inner_half2 = self.inner * self.inner - across2;
-        if inner_half2 <= 0.0 {
-            march.pass(from, to);
-        } else {
-            let inner_half = inner_half2.sqrt();
-            march.pass(from, to.min(nearest - inner_half));
-            march.pass(from.max(nearest + inner_half), to);
-        }
+        march.pass(from, to.min(passage.gap[0]));
+        march.pass(from.max(passage.gap[1]), to);
         march.found
     }
 

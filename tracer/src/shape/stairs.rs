@@ -14,7 +14,7 @@
 //! there: there is no seam to slip through.
 
 use super::Frustum;
-use super::frustum::Axial;
+use super::frustum::{Axial, quadratic_root};
 use super::shell::Passage;
 
 /// |d_z| below which a ray is level.
@@ -277,7 +277,7 @@ impl Stairs {
     fn riser(&self, axial: &Axial, number: usize, sign: f64) -> (f64, u32) {
         let c = axial.c - self.steps[number].square;
         let s = (axial.b * axial.b - axial.a * c).max(0.0).sqrt() * sign;
-        let distance = if axial.b * s > 0.0 { c / (-axial.b - s) } else { (s - axial.b) / axial.a };
+        let distance = quadratic_root([axial.a, axial.b, c], s);
         (distance.max(0.0), 2 * number as u32 + 1)
     }
 }

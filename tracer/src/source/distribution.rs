@@ -41,15 +41,7 @@ impl Distribution {
             ("azimuths of an intensity table", phis_deg, 1, 0.0..=359.999_999),
         ] {
             if angles.len() < min {
-                return Err(Error::TooFew {
-                    what: if min == 2 {
-                        "polar angles of an intensity table"
-                    } else {
-                        "azimuths of an intensity table"
-                    },
-                    expected: min,
-                    got: angles.len(),
-                });
+                return Err(Error::TooFew { what, expected: min, got: angles.len() });
             }
             for (k, angle) in angles.iter().enumerate() {
                 let ascends = k == 0 || *angle >= angles[k - 1] + CLOSEST_DEG;
@@ -88,15 +80,8 @@ impl Distribution {
                 distribution.bounds.push(sum);
             }
         }
-        if sum > 0.0 {
-            Ok(distribution)
-        } else {
-            Err(Error::Number {
-                what: "flux of an intensity table".to_owned(),
-                expected: "above 0",
-                got: sum,
-            })
-        }
+        check("flux of an intensity table", sum, "above 0", sum > 0.0)?;
+        Ok(distribution)
     }
 
     /// Polar angles, degrees.

@@ -230,13 +230,13 @@ impl Source {
     /// the source.
     #[inline]
     pub fn sample(&self, offset: f64, rng: &mut (impl Rng + ?Sized)) -> Ray {
-        self.emit(offset, &mut Random(rng))
+        self.emit(offset, None, rng)
     }
 
     /// The ray of a Sobol' point. Ray sets and tabulated directions are sampled by `rng` instead.
     #[inline]
     pub(crate) fn begin(&self, offset: f64, point: &SobolPoint, rng: &mut impl Rng) -> Ray {
-        self.emit(offset, &mut Sobol(point, rng))
+        self.emit(offset, Some(point), rng)
     }
 
     /// A ray of a set, moved to the source; its start is moved by `offset` along it.
@@ -248,24 +248,26 @@ impl Source {
         }
     }
 
+    /// Position and direction by `point`, or by `rng` where there is none; the position first.
     #[inline]
-    fn emit(&self, offset: f64, sampler: &mut impl Sampler) -> Ray {
+    fn emit(&self, offset: f64, point: Option<&SobolPoint>, rng: &mut (impl Rng + ?Sized)) -> Ray {
         let along = self.along;
+        let (position, projected) = (point.map(|p| p.position), point.map(|p| p.direction));
         let (from_position, normal, along) = match self.emitter {
             Emitter::Point => (DVec3::ZERO, self.normal, along),
             Emitter::Disc { radius } => {
-                let (x, y) = sampler.position_on_disc(radius);
+                let (x, y) = on_disc(position, radius, rng);
                 let start = turned(self.normal, along, DVec3::new(x, y, 0.0));
                 (start, self.normal, along)
             }
             Emitter::Rectangle { half_x, half_y } => {
-                let [u, v] = sampler.position_on_square();
+                let [u, v] = position.unwrap_or_else(|| [random::unit(rng), random::unit(rng)]);
                 let (x, y) = (half_x * (2.0 * u - 1.0), half_y * (2.0 * v - 1.0));
                 let start = turned(self.normal, along, DVec3::new(x, y, 0.0));
                 (start, self.normal, along)
             }
             Emitter::Enclosure { radius } => {
-                let outward = random::wrapped(sampler.position_on_disc(1.0));
+                let outward = random::wrapped(on_disc(position, 1.0, rng));
                 (outward * radius, -outward, None)
             }
         };
@@ -273,21 +275,21 @@ impl Source {
             &Emission::Lambertian { half_angle_deg } => {
                 let full = half_angle_deg >= 90.0;
                 let sin_max = if full { 1.0 } else { half_angle_deg.to_radians().sin() };
-                random::about(normal, random::risen(sampler.direction(sin_max)))
+                random::about(normal, random::risen(on_disc(projected, sin_max, rng)))
             }
             &Emission::CosinePower { exponent } => {
                 // 1 - r² is uniform, and so is cos θ to the power exponent + 1.
-                let (x, y) = sampler.direction(1.0);
+                let (x, y) = on_disc(projected, 1.0, rng);
                 let r2 = x * x + y * y;
                 let cos = (1.0 - r2).max(0.0).powf(1.0 / (exponent + 1.0));
                 let stretch = if r2 > 0.0 { ((1.0 - cos * cos) / r2).sqrt() } else { 0.0 };
                 random::about(normal, DVec3::new(stretch * x, stretch * y, cos))
             }
-            Emission::Isotropic => random::wrapped(sampler.direction(1.0)),
+            Emission::Isotropic => random::wrapped(on_disc(projected, 1.0, rng)),
             Emission::Beam { direction } => direction.normalize(),
-            Emission::Table(table) => turned(normal, along, sampler.table_direction(table)),
+            Emission::Table(table) => turned(normal, along, table.sample(rng)),
             Emission::Rays(rays) => {
-                return self.placed(sampler.set_ray(rays), offset);
+                return self.placed(rays.sample(rng), offset);
             }
         };
         let off = normal * (offset * direction.dot(normal).signum());
@@ -314,83 +316,12 @@ fn turned(normal: DVec3, along: Option<DVec3>, local: DVec3) -> DVec3 {
     u * local.x + v * local.y + normal * local.z
 }
 
-/// Generator of the numbers of a first ray. The position is sampled before the direction.
-trait Sampler {
-    /// A position, uniform on the unit square.
-    fn position_on_square(&mut self) -> [f64; 2];
-    /// A position, uniform on a disc.
-    fn position_on_disc(&mut self, radius: f64) -> (f64, f64);
-    /// A direction, projected: uniform on a disc.
-    fn direction(&mut self, radius: f64) -> (f64, f64);
-    fn table_direction(&mut self, table: &Distribution) -> DVec3;
-    fn set_ray(&mut self, rays: &RaySet) -> Ray;
-}
-
-/// Random numbers.
-struct Random<'a, R: ?Sized>(&'a mut R);
-
-impl<R: Rng + ?Sized> Sampler for Random<'_, R> {
-    #[inline]
-    fn position_on_square(&mut self) -> [f64; 2] {
-        let u = random::unit(self.0);
-        [u, random::unit(self.0)]
-    }
-
-    #[inline]
-    fn position_on_disc(&mut self, radius: f64) -> (f64, f64) {
-        random::disc(self.0, radius)
-    }
-
-    #[inline]
-    fn direction(&mut self, radius: f64) -> (f64, f64) {
-        random::disc(self.0, radius)
-    }
-
-    #[inline]
-    fn table_direction(&mut self, table: &Distribution) -> DVec3 {
-        table.sample(self.0)
-    }
-
-    #[inline]
-    fn set_ray(&mut self, rays: &RaySet) -> Ray {
-        rays.sample(self.0)
-    }
-}
-
-/// A Sobol' point, and random numbers for ray sets and tables.
-struct Sobol<'a, R>(&'a SobolPoint, &'a mut R);
-
-impl<R> Sobol<'_, R> {
-    #[inline]
-    fn on_disc(at: [f64; 2], radius: f64) -> (f64, f64) {
-        let (x, y) = concentric(at);
-        (radius * x, radius * y)
-    }
-}
-
-impl<R: Rng> Sampler for Sobol<'_, R> {
-    #[inline]
-    fn position_on_square(&mut self) -> [f64; 2] {
-        self.0.position
-    }
-
-    #[inline]
-    fn position_on_disc(&mut self, radius: f64) -> (f64, f64) {
-        Self::on_disc(self.0.position, radius)
-    }
-
-    #[inline]
-    fn direction(&mut self, radius: f64) -> (f64, f64) {
-        Self::on_disc(self.0.direction, radius)
-    }
-
-    #[inline]
-    fn table_direction(&mut self, table: &Distribution) -> DVec3 {
-        table.sample(self.1)
-    }
-
-    #[inline]
-    fn set_ray(&mut self, rays: &RaySet) -> Ray {
-        rays.sample(self.1)
-    }
+/// A point of a disc: the one that a point of the unit square is mapped to, or a random one.
+#[inline]
+fn on_disc(square: Option<[f64; 2]>, radius: f64, rng: &mut (impl Rng + ?Sized)) -> (f64, f64) {
+    let Some(at) = square else {
+        return random::disc(rng, radius);
+    };
+    let (x, y) = concentric(at);
+    (radius * x, radius * y)
 }

@@ -13,8 +13,8 @@ use tracer::package::ground;
 use tracer::shape::{Element, Mesh};
 use tracer::{
     Cap, Detector, Dome, Emission, Emitter, FarField, LedBox, Medium, Meridian, Outcome, Package,
-    Patch, Prototype, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface,
-    SurfaceModel, run,
+    Patch, Prototype, PrototypeId, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source,
+    Surface, SurfaceModel, run,
 };
 
 /// Index of silicone.
@@ -207,7 +207,7 @@ pub fn array(package: &Package, side: usize, pitch: f64) -> SceneBuilder {
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(package.prototype().unwrap());
     let half = 0.5 * pitch * side as f64;
-    scene.place_array(id, side, side, pitch);
+    place_array(&mut scene, id, [side, side], pitch);
     scene.surface(
         ground(half, half, SurfaceModel::Mirror { reflectance: 0.95 }, SurfaceModel::Absorber)
             .unwrap(),
@@ -215,9 +215,41 @@ pub fn array(package: &Package, side: usize, pitch: f64) -> SceneBuilder {
     scene
 }
 
+/// Places `columns` × `rows` instances at distances of `pitch` mm along x and y, centred on the
+/// origin.
+pub fn place_array(
+    scene: &mut SceneBuilder,
+    prototype: PrototypeId,
+    [columns, rows]: [usize; 2],
+    pitch: f64,
+) {
+    let middle = |count: usize| 0.5 * (count as f64 - 1.0);
+    for row in 0..rows {
+        for column in 0..columns {
+            let (x, y) = (column as f64 - middle(columns), row as f64 - middle(rows));
+            scene.place(prototype, DVec3::new(x * pitch, y * pitch, 0.0));
+        }
+    }
+}
+
 /// A staircase on the dome of the paper.
 pub fn staircase(steps: usize) -> Meridian {
-    Meridian::staircase(CAP.centre_z(), CAP.radius, CAP.rim, steps).unwrap()
+    staircase_to(CAP.rim, steps)
+}
+
+/// A staircase on the dome of the paper from the axis to `rim` in equal steps: each a level tread
+/// at the height of the dome at its inner end, then a riser down to the dome.
+pub fn staircase_to(rim: f64, steps: usize) -> Meridian {
+    let height = |r: f64| CAP.centre_z() + (CAP.radius * CAP.radius - r * r).sqrt();
+    let at = |k: usize| rim * k as f64 / steps as f64;
+    let elements: Vec<Element> = (0..steps)
+        .map(|k| {
+            let (inner, outer) = (at(k), at(k + 1));
+            let (top, foot) = (height(inner), height(outer));
+            Element { points: vec![[inner, top], [outer, top], [outer, foot]] }
+        })
+        .collect();
+    Meridian::new(&elements).unwrap()
 }
 
 /// Triangles on the chords of the dome, with interior angles `inner` and `outer` (degrees) at the
