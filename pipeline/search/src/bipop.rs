@@ -90,11 +90,6 @@ impl Bipop {
         runs
     }
 
-    /// The run under way.
-    pub fn run(&self) -> &CmaEs {
-        &self.run
-    }
-
     fn left(&self) -> usize {
         (self.settings.max_evaluations).saturating_sub(self.large + self.small)
     }
