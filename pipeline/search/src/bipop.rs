@@ -180,6 +180,13 @@ impl Minimiser for Bipop {
         self.best.as_ref()
     }
 
+    fn found(&self) -> Vec<(Point, Option<Evaluated>)> {
+        let found = |run: Run| {
+            (run.favourite, Some(Evaluated { point: run.best_point, value: run.best_value }))
+        };
+        self.runs().into_iter().map(found).collect()
+    }
+
     fn evaluations(&self) -> usize {
         self.large + self.small + self.run.evaluations()
     }

@@ -18,7 +18,7 @@ use metrics::Estimate;
 use metrics::plural::count;
 use results::figure_entry::FigureEntry;
 use results::optimisation::MissedCandidate;
-use search::bipop::{self, Bipop};
+use search::bipop::Bipop;
 use search::cma_es::{self, CmaEs};
 use search::coordinate::{self, CoordinateSearch};
 use search::normal::Normal;
@@ -166,14 +166,14 @@ impl StageSearch<'_, '_> {
             // A wide search scatters far above the noise of few paths.
             state.paths = self.settings().paths;
             let mut search = self.search(start, run, budget, seed);
-            self.generations(search.as_dyn(), &mut state)?;
-            final_candidates.extend(search.found(run));
+            self.generations(search.as_mut(), &mut state)?;
+            final_candidates.extend(found(search.as_ref(), run));
         }
         self.select(final_candidates, &mut state)?;
         Ok(state.result)
     }
 
-    fn search(&self, start: &Point, run: usize, budget: usize, seed: u64) -> AnyMinimiser {
+    fn search(&self, start: &Point, run: usize, budget: usize, seed: u64) -> Box<dyn Minimiser> {
         let stage = self.settings();
         let start = match run {
             1 => start.clone(),
@@ -186,23 +186,18 @@ impl StageSearch<'_, '_> {
             ..cma_es::Settings::new(start.clone(), seed, budget)
         };
         match stage.method {
-            Method::CmaEs => AnyMinimiser::CmaEs(Box::new(CmaEs::new(cma_es))),
-            Method::Bipop => AnyMinimiser::Bipop(Box::new(Bipop::new(cma_es))),
-            Method::Coordinate => {
-                AnyMinimiser::Coordinate(Box::new(CoordinateSearch::new(coordinate::Settings {
-                    start,
-                    step: stage.step,
-                    smallest_step: MIN_STEP,
-                    max_evaluations: budget,
-                })))
-            }
+            Method::CmaEs => Box::new(CmaEs::new(cma_es)),
+            Method::Bipop => Box::new(Bipop::new(cma_es)),
+            Method::Coordinate => Box::new(CoordinateSearch::new(coordinate::Settings {
+                start,
+                step: stage.step,
+                smallest_step: MIN_STEP,
+                max_evaluations: budget,
+            })),
             // The front has a loop of its own.
-            Method::Random | Method::Nsga2 => AnyMinimiser::Random(Box::new(RandomSearch::new(
-                start.len(),
-                stage.population,
-                seed,
-                budget,
-            ))),
+            Method::Random | Method::Nsga2 => {
+                Box::new(RandomSearch::new(start.len(), stage.population, seed, budget))
+            }
         }
     }
 
@@ -433,44 +428,16 @@ fn words(why: &str) -> String {
     why.chars().filter(|c| !c.is_ascii_digit() && !".-".contains(*c)).collect()
 }
 
-/// The searches, each with what it leaves to choose from.
-enum AnyMinimiser {
-    CmaEs(Box<CmaEs>),
-    Bipop(Box<Bipop>),
-    Coordinate(Box<CoordinateSearch>),
-    Random(Box<RandomSearch>),
-}
-
-impl AnyMinimiser {
-    fn as_dyn(&mut self) -> &mut dyn Minimiser {
-        match self {
-            Self::CmaEs(search) => search.as_mut(),
-            Self::Bipop(search) => search.as_mut(),
-            Self::Coordinate(search) => search.as_mut(),
-            Self::Random(search) => search.as_mut(),
-        }
-    }
-
-    /// Mean of the last distribution and best candidate of every run, with the best value.
-    fn found(&mut self, run: usize) -> Vec<(Point, usize, f64)> {
-        if let Self::Bipop(search) = self {
-            let points = |run: bipop::Run, number: usize| {
-                let mut points = vec![run.favourite];
-                if run.best_point != points[0] {
-                    points.push(run.best_point);
-                }
-                points.into_iter().map(move |point| (point, number, run.best_value))
-            };
-            let runs = search.runs().into_iter().zip(run..);
-            return runs.flat_map(|(run, number)| points(run, number)).collect();
-        }
-        let search = self.as_dyn();
-        let best = search.best().cloned();
+/// Mean of the last distribution and best candidate of every run, with the best value.
+fn found(search: &dyn Minimiser, run: usize) -> Vec<(Point, usize, f64)> {
+    let mut found = Vec::new();
+    for (number, (favourite, best)) in (run..).zip(search.found()) {
         let value = best.as_ref().map_or(f64::INFINITY, |best| best.value);
-        let mut points = vec![search.favourite()];
-        points.extend(best.map(|best| best.point).filter(|p| *p != points[0]));
-        points.into_iter().map(|point| (point, run, value)).collect()
+        let best = best.map(|best| best.point).filter(|point| *point != favourite);
+        let points = [Some(favourite), best].into_iter().flatten();
+        found.extend(points.map(|point| (point, number, value)));
     }
+    found
 }
 
 #[cfg(test)]
