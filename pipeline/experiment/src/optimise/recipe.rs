@@ -15,8 +15,7 @@ use files::atomic_file;
 use files::cache::Cache;
 use files::interrupt::Interrupted;
 use files::run_context::RunContext;
-use metrics::Estimate;
-use results::optimisation::{FILE, MissedCandidate};
+use results::optimisation::{CoefficientEntry, FILE, MissedCandidate};
 use results::paired_figure::PairedFigure;
 use search::Point;
 use simulate::model::Model;
@@ -73,21 +72,6 @@ pub struct StageOutcome {
     pub(super) missed: Option<MissedCandidate>,
 }
 
-/// A coefficient of a variable.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Coefficient {
-    /// Key or profile with the number of the coefficient.
-    pub label: String,
-    /// At the start of the last stage.
-    pub start: f64,
-    /// Value at the end of the search.
-    pub found: f64,
-    /// Choices that both are shares of.
-    pub choices: Option<[serde_json::Value; 2]>,
-    /// Change of the objective for one unit, where it was looked at.
-    pub sensitivity: Option<Estimate>,
-}
-
 /// Result of an optimisation.
 #[derive(Debug, Clone)]
 pub struct Optimised {
@@ -96,7 +80,7 @@ pub struct Optimised {
     /// The design that was found, read again from its file.
     pub design: Design,
     /// Coefficients of the last stage.
-    pub coefficients: Vec<Coefficient>,
+    pub coefficients: Vec<CoefficientEntry>,
     /// Limits at which the design stands.
     pub active_limits: Vec<String>,
     pub(super) before: Option<Evaluation>,
@@ -119,7 +103,7 @@ pub(super) struct Searched {
 
 /// Evaluations of the designs that were found, by fresh paths.
 pub(super) struct Verified {
-    coefficients: Vec<Coefficient>,
+    coefficients: Vec<CoefficientEntry>,
     before: Option<Evaluation>,
     after: Evaluation,
     /// The design found with `set` of the last stage.
@@ -404,7 +388,11 @@ impl<'a> Recipe<'a> {
     }
 
     /// The coefficients of the last stage with their sensitivities.
-    fn coefficients(&self, found: &Searched, context: RunContext) -> Result<Vec<Coefficient>> {
+    fn coefficients(
+        &self,
+        found: &Searched,
+        context: RunContext,
+    ) -> Result<Vec<CoefficientEntry>> {
         let variables = &found.variables;
         let evaluator = self.evaluator(variables, self.last_stage());
         let sensitivities = sensitivities(evaluator, &found.best, context)?;
@@ -416,13 +404,13 @@ impl<'a> Recipe<'a> {
             let all = variables.choices(point);
             all.collect::<BTreeMap<_, _>>()
         });
-        let all = all.map(|((label, sensitivity), (start, found))| Coefficient {
+        let all = all.map(|((label, sensitivity), (start, found))| CoefficientEntry {
             choices: choices[0]
                 .get(&label)
                 .cloned()
                 .zip(choices[1].get(&label).cloned())
                 .map(<[serde_json::Value; 2]>::from),
-            label,
+            variable: label,
             start,
             found,
             sensitivity,
@@ -506,8 +494,7 @@ impl Optimised {
     ) -> impl Iterator<Item = (&str, Option<&PairedFigure>, &PairedFigure)> {
         self.after.figures.iter().map(|(key, after)| {
             let before = self.before.as_ref();
-            let before = before.and_then(|b| b.figures.iter().find(|(known, _)| known == key));
-            (key.as_str(), before.map(|b| &b.1), after)
+            (key.as_str(), before.and_then(|before| before.figure(key)), after)
         })
     }
 }

@@ -24,7 +24,7 @@ use super::log::{Candidate, GenerationEnd};
 use super::objective::{Evaluation, Objective};
 use super::outcome::INFEASIBLE;
 use super::problem::Problem;
-use super::recipe::{Coefficient, Optimised, StageOutcome};
+use super::recipe::{Optimised, StageOutcome};
 use super::stage::FinalCandidate;
 
 /// Coefficients whose sensitivity is listed for people.
@@ -67,7 +67,7 @@ impl Optimised {
             constraints: self.constraints(problem),
             front: self.front_entry(problem),
             active_limits: self.active_limits.clone(),
-            coefficients: self.coefficients.iter().map(Coefficient::entry).collect(),
+            coefficients: self.coefficients.clone(),
             stages: self.stages.iter().map(StageOutcome::entry).collect(),
         }
     }
@@ -146,18 +146,6 @@ impl Optimised {
             Some(format!("constraints: when verified, {missed}"))
         });
         missed.collect()
-    }
-}
-
-impl Coefficient {
-    fn entry(&self) -> CoefficientEntry {
-        CoefficientEntry {
-            variable: self.label.clone(),
-            start: self.start,
-            found: self.found,
-            choices: self.choices.clone(),
-            sensitivity: self.sensitivity,
-        }
     }
 }
 
