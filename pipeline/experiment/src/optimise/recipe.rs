@@ -297,7 +297,7 @@ impl<'a> Recipe<'a> {
             let result = search.run(&found.start);
             progress.finish_and_clear();
             let result = result.map_err(|error| self.about(error))?;
-            found.best.clone_from(&result.final_candidates[0].point);
+            found.best.clone_from(&result.final_candidates[0].0);
             // All that was set before stays; what this stage sets goes on top.
             found.settings.extend(found.variables.settings(&found.best)?);
             // A front has no best candidate.
@@ -441,7 +441,7 @@ impl<'a> Recipe<'a> {
     /// Refuses a search that met no candidate within the constraints.
     fn feasible(&self, stages: &[StageOutcome]) -> Result<()> {
         let last = &stages[stages.len() - 1].result;
-        if last.final_candidates[0].feasible {
+        if last.final_candidates[0].1.feasible {
             return Ok(());
         }
         let nearest = stages.iter().filter_map(|s| s.result.nearest.as_ref());

@@ -11,21 +11,17 @@ use metrics::quantity::Unit;
 use results::constraint;
 use results::figure_entry::FigureEntry;
 use results::optimisation::{
-    CoefficientEntry, ComparedFigure, ConstraintEntry, FinalCandidateEntry, FrontDesignEntry,
-    FrontEntry, GenerationEntry, MissedCandidate, ObjectiveEntry, OptimisationFile, SCHEMA_VERSION,
-    StageEntry, Verdict,
+    CoefficientEntry, ComparedFigure, ConstraintEntry, FrontDesignEntry, FrontEntry,
+    MissedCandidate, ObjectiveEntry, OptimisationFile, SCHEMA_VERSION, StageEntry, Verdict,
 };
 use results::schema::Program;
 use results::shown::{self, named, with_error};
 use simulate::observation::unit_in_files;
 
 use super::front::FrontDesign;
-use super::log::{Candidate, GenerationEnd};
 use super::objective::{Evaluation, Objective};
-use super::outcome::INFEASIBLE;
 use super::problem::Problem;
 use super::recipe::{Optimised, StageOutcome};
-use super::stage::FinalCandidate;
 
 /// Coefficients whose sensitivity is listed for people.
 const LISTED: usize = 8;
@@ -73,9 +69,8 @@ impl Optimised {
     }
 
     fn objective(&self, objective: &Objective) -> ObjectiveEntry {
-        let selected = &self.stages[self.stages.len() - 1].result.final_candidates[0];
+        let (_, selected) = &self.stages[self.stages.len() - 1].result.final_candidates[0];
         let entry = |judged: &Evaluation| objective.entry(judged);
-        let in_search = Some(selected.search_value).filter(|value| *value < INFEASIBLE);
         let as_in_search = entry(&self.as_in_search);
         let before = self.before.as_ref();
         let change = before.map(|before| objective.change(&self.after, before));
@@ -84,9 +79,9 @@ impl Optimised {
             after: entry(&self.after),
             change,
             verdict: change.map(|change| Verdict::new(&change, Some(false))),
-            in_search,
-            at_selection: selected.entry().objective(),
-            bias_of_search: in_search.map(|value| FigureEntry {
+            in_search: selected.in_search,
+            at_selection: selected.objective(),
+            bias_of_search: selected.in_search.map(|value| FigureEntry {
                 value: as_in_search.value - value,
                 interval: as_in_search.interval.map(|ends| ends.map(|end| end - value)),
                 ..as_in_search
@@ -152,7 +147,6 @@ impl Optimised {
 impl StageOutcome {
     fn entry(&self) -> StageEntry {
         let (settings, result) = (&self.settings, &self.result);
-        let generations = result.generations.iter();
         let final_candidates = result.final_candidates.iter();
         StageEntry {
             model: settings.model.word().to_owned(),
@@ -164,34 +158,8 @@ impl StageOutcome {
             cut_short: result.cut_short,
             refusals: result.refusals.iter().take(REASONS).cloned().collect(),
             missed: self.missed.clone(),
-            generations: generations.map(|(end, best)| generation(end, best.as_ref())).collect(),
-            final_candidates: final_candidates.map(FinalCandidate::entry).collect(),
-        }
-    }
-}
-
-fn generation(end: &GenerationEnd, best: Option<&Candidate>) -> GenerationEntry {
-    GenerationEntry {
-        generation: end.generation,
-        candidates: end.candidates,
-        paths: end.paths,
-        best: best.and_then(|b| b.value),
-        standard_error: best.and_then(|b| b.standard_error),
-        feasible: best.is_some_and(|b| b.feasible),
-        noise: end.noise,
-    }
-}
-
-impl FinalCandidate {
-    fn entry(&self) -> FinalCandidateEntry {
-        FinalCandidateEntry {
-            run: self.run,
-            in_search: Some(self.search_value).filter(|value| *value < INFEASIBLE),
-            value: Some(self.selection_value).filter(|v| v.is_finite()),
-            standard_error: self.selection_error,
-            interval: self.selection_interval,
-            feasible: self.feasible,
-            misses: self.misses.clone(),
+            generations: result.generations.clone(),
+            final_candidates: final_candidates.map(|(_, entry)| entry.clone()).collect(),
         }
     }
 }

@@ -17,7 +17,7 @@ use files::run_context::RunContext;
 use metrics::Estimate;
 use metrics::plural::count;
 use results::figure_entry::FigureEntry;
-use results::optimisation::MissedCandidate;
+use results::optimisation::{FinalCandidateEntry, GenerationEntry, MissedCandidate};
 use search::bipop::Bipop;
 use search::cma_es::{self, CmaEs};
 use search::coordinate::{self, CoordinateSearch};
@@ -32,7 +32,7 @@ use super::file::Method;
 use super::log::{Candidate, Generation, GenerationEnd, Log};
 use super::noise::noise;
 use super::objective::Objective;
-use super::outcome::Outcome;
+use super::outcome::{INFEASIBLE, Outcome};
 use super::problem::StageSettings;
 use super::shared_evaluations::Batch;
 use super::variables::Variables;
@@ -43,33 +43,15 @@ const MAX_NOISE: f64 = 0.7;
 const MIN_STEP: f64 = 2e-3;
 
 /// One of the points among which a stage chooses.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct FinalCandidate {
-    /// In the unit box.
-    pub point: Point,
-    /// Run, from 1.
-    pub run: usize,
-    /// Value of the best candidate of the run, as the search saw it.
-    pub search_value: f64,
-    /// Objective by the paths of the selection.
-    pub selection_value: f64,
-    /// Its standard error.
-    pub selection_error: Option<f64>,
-    /// Ends of the objective, where a figure of it is known between ends alone.
-    pub selection_interval: Option<[f64; 2]>,
-    /// True where all constraints are met.
-    pub feasible: bool,
-    /// Constraints that it misses, for people.
-    pub misses: Vec<String>,
-}
+pub(super) type FinalCandidate = (Point, FinalCandidateEntry);
 
 /// Result of a stage.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct StageResult {
     /// Best first.
     pub final_candidates: Vec<FinalCandidate>,
-    /// Every generation of the search, without candidates, and its best.
-    pub generations: Vec<(GenerationEnd, Option<Candidate>)>,
+    /// Every generation of the search with its best candidate.
+    pub generations: Vec<GenerationEntry>,
     /// Candidates traced or refused.
     pub evaluations: usize,
     /// Reasons of refusals with their numbers, most frequent first.
@@ -87,8 +69,7 @@ pub(super) struct StageResult {
 impl StageResult {
     /// The candidate with the best objective, where it misses a constraint, for people.
     pub fn missed(&self, variables: &Variables, objective: &Objective) -> Option<MissedCandidate> {
-        let best = self.generations.iter().filter_map(|(_, best)| best.as_ref());
-        let best = best.filter(|best| best.feasible).map(Candidate::value);
+        let best = self.generations.iter().filter(|one| one.feasible).filter_map(|one| one.best);
         let best = best.fold(f64::INFINITY, f64::min);
         let missed = self.missed.as_ref().filter(|one| one.objective.is_some_and(|o| o < best))?;
         Some(MissedCandidate {
@@ -334,20 +315,23 @@ impl StageSearch<'_, '_> {
         let mut final_candidates: Vec<FinalCandidate> = candidates
             .iter()
             .zip(found)
-            .map(|(candidate, (point, run, search_value))| FinalCandidate {
-                point,
-                run,
-                search_value,
-                selection_value: candidate.value(),
-                selection_error: candidate.standard_error,
-                // The value of one that misses constraints is a penalty.
-                selection_interval: candidate.interval.filter(|_| candidate.feasible),
-                feasible: candidate.feasible,
-                misses: self.evaluator.objective.missed(&candidate.figures),
+            .map(|(candidate, (point, run, search_value))| {
+                let entry = FinalCandidateEntry {
+                    run,
+                    in_search: Some(search_value).filter(|value| *value < INFEASIBLE),
+                    value: candidate.value,
+                    standard_error: candidate.standard_error,
+                    // The value of one that misses constraints is a penalty.
+                    interval: candidate.interval.filter(|_| candidate.feasible),
+                    feasible: candidate.feasible,
+                    misses: self.evaluator.objective.missed(&candidate.figures),
+                };
+                (point, entry)
             })
             .collect();
-        final_candidates.sort_by(|a, b| a.selection_value.total_cmp(&b.selection_value));
-        if final_candidates.iter().all(|f| f.selection_value.is_infinite()) {
+        let value = |(_, one): &FinalCandidate| one.value.unwrap_or(f64::INFINITY);
+        final_candidates.sort_by(|a, b| value(a).total_cmp(&value(b)));
+        if final_candidates.iter().all(|(_, one)| one.value.is_none()) {
             let why = state.result.refusals.first();
             let why = why.map_or_else(|| "nothing was traced".to_owned(), |(why, _)| why.clone());
             bail!(
@@ -413,13 +397,21 @@ impl SearchState {
         let best = generation.candidates.into_iter();
         let best = best.min_by(|a, b| a.value().total_cmp(&b.value()));
         let best = best.filter(|candidate| candidate.value.is_some());
-        if let Some(best) = &best {
-            let nearer = result.nearest.as_ref();
-            if nearer.is_none_or(|known| best.value() < known.value()) {
-                result.nearest = Some(best.clone());
-            }
+        let GenerationEnd { generation: number, candidates, paths, noise, .. } = generation.end;
+        result.generations.push(GenerationEntry {
+            generation: number,
+            candidates,
+            paths,
+            best: best.as_ref().and_then(|best| best.value),
+            standard_error: best.as_ref().and_then(|best| best.standard_error),
+            feasible: best.as_ref().is_some_and(|best| best.feasible),
+            noise,
+        });
+        if let Some(best) = best
+            && result.nearest.as_ref().is_none_or(|known| best.value() < known.value())
+        {
+            result.nearest = Some(best);
         }
-        result.generations.push((generation.end, best));
     }
 }
 
