@@ -92,15 +92,14 @@ impl Optimised {
 
     fn constraints(&self, problem: &Problem) -> Vec<ConstraintEntry> {
         let all = problem.objective.constraints.iter().map(|constraint| {
-            let mut figures = self.after.figures.iter();
-            let figure = figures.find(|(key, _)| *key == constraint.figure);
+            let figure = self.after.figure(&constraint.figure);
             ConstraintEntry {
                 figure: constraint.figure.clone(),
                 at_least: constraint.bounds.at_least,
                 at_most: constraint.bounds.at_most,
                 margin: constraint.margin,
-                value: figure.map(|(_, f)| f.entry),
-                met: figure.is_some_and(|(_, f)| constraint.is_met(&f.entry)),
+                value: figure.map(|figure| figure.entry),
+                met: figure.is_some_and(|figure| constraint.is_met(&figure.entry)),
             }
         });
         all.collect()
@@ -128,19 +127,6 @@ impl Optimised {
             before: self.before.as_ref().and_then(pair),
             designs,
         })
-    }
-
-    /// Constraints that the verified figures do not meet.
-    pub fn missed_constraints(&self, problem: &Problem) -> Vec<String> {
-        let missed = problem.objective.constraints.iter().filter_map(|constraint| {
-            let figures = &self.after.figures;
-            let missed = match figures.iter().find(|(key, _)| *key == constraint.figure) {
-                Some((_, figure)) => constraint.missed(&figure.entry)?,
-                None => format!("{} cannot be read", constraint.figure),
-            };
-            Some(format!("constraints: when verified, {missed}"))
-        });
-        missed.collect()
     }
 }
 
@@ -204,14 +190,20 @@ fn add_stage(text: &mut String, at: usize, stage: &StageEntry) {
     }
 }
 
-/// Constraints that the design misses that the search began with.
-fn missed_before(file: &OptimisationFile) -> Vec<String> {
-    let missed = file.constraints.iter().filter_map(|c| {
-        let figure = file.figures.get(&c.figure);
-        let Some(before) = figure.and_then(|figure| figure.before) else {
-            return Some(format!("{} cannot be read", c.figure));
-        };
-        constraint::missed(&c.figure, c.bounds(), c.margin, &before)
+/// Constraints that the verified figures do not meet.
+pub fn missed_constraints(file: &OptimisationFile) -> Vec<String> {
+    let missed = missed(file, |constraint| constraint.value).into_iter();
+    missed.map(|missed| format!("constraints: when verified, {missed}")).collect()
+}
+
+/// Constraints that the figures `of` each do not meet.
+fn missed(
+    file: &OptimisationFile,
+    of: impl Fn(&ConstraintEntry) -> Option<FigureEntry>,
+) -> Vec<String> {
+    let missed = file.constraints.iter().filter_map(|c| match of(c) {
+        Some(figure) => constraint::missed(&c.figure, c.bounds(), c.margin, &figure),
+        None => Some(format!("{} cannot be read", c.figure)),
     });
     missed.collect()
 }
@@ -246,7 +238,7 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
     if !worse.is_empty() {
         let _ = writeln!(text, "worse than {} beyond errors: {}", file.design, worse.join(", "));
     }
-    let missed = missed_before(file);
+    let missed = missed(file, |c| file.figures.get(&c.figure)?.before);
     if !missed.is_empty() {
         let missed = missed.join("; ");
         let _ = writeln!(text, "{} does not meet the constraints: {missed}", file.design);
