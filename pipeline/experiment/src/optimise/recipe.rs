@@ -388,11 +388,7 @@ impl<'a> Recipe<'a> {
     }
 
     /// The coefficients of the last stage with their sensitivities.
-    fn coefficients(
-        &self,
-        found: &Searched,
-        context: RunContext,
-    ) -> Result<Vec<CoefficientEntry>> {
+    fn coefficients(&self, found: &Searched, context: RunContext) -> Result<Vec<CoefficientEntry>> {
         let variables = &found.variables;
         let evaluator = self.evaluator(variables, self.last_stage());
         let sensitivities = sensitivities(evaluator, &found.best, context)?;
