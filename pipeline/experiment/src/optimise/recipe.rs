@@ -205,16 +205,13 @@ impl<'a> Recipe<'a> {
     /// interrupt.
     pub fn run(&self, out: &Path, resume: bool, context: RunContext) -> Result<Optimised> {
         let key = self.problem.key(context.seed);
-        if context.is_merging() {
-            let all = SharedEvaluations::new(key.hex(), None, context)?;
-            let shared = Recipe { shared: Some(&all), ..*self };
-            return shared.run_with(
-                Log::open(&out.join(log::FILE), key.hex(), false)?,
-                out,
-                context,
-            );
+        let is_merging = context.is_merging();
+        let log = Log::open(&out.join(log::FILE), key.hex(), resume && !is_merging)?;
+        if !is_merging {
+            return self.run_with(log, out, context);
         }
-        self.run_with(Log::open(&out.join(log::FILE), key.hex(), resume)?, out, context)
+        let all = SharedEvaluations::new(key.hex(), None, context)?;
+        Recipe { shared: Some(&all), ..*self }.run_with(log, out, context)
     }
 
     fn run_with(&self, mut log: Log, out: &Path, context: RunContext) -> Result<Optimised> {
