@@ -79,15 +79,9 @@ pub struct Optimised {
     pub stages: Vec<StageOutcome>,
     /// The design that was found, read again from its file.
     pub design: Design,
-    /// Coefficients of the last stage.
-    pub coefficients: Vec<CoefficientEntry>,
     /// Limits at which the design stands.
     pub active_limits: Vec<String>,
-    pub(super) before: Option<Evaluation>,
-    pub(super) after: Evaluation,
-    /// The design found with `set` of the last stage.
-    pub(super) as_in_search: Evaluation,
-    pub(super) front: Vec<FrontDesign>,
+    pub(super) verified: Verified,
 }
 
 /// Result of all stages.
@@ -102,14 +96,15 @@ pub(super) struct Searched {
 }
 
 /// Evaluations of the designs that were found, by fresh paths.
+#[derive(Debug, Clone)]
 pub(super) struct Verified {
-    coefficients: Vec<CoefficientEntry>,
-    before: Option<Evaluation>,
-    after: Evaluation,
+    /// Of the last stage.
+    pub coefficients: Vec<CoefficientEntry>,
+    pub before: Option<Evaluation>,
+    pub after: Evaluation,
     /// The design found with `set` of the last stage.
-    as_in_search: Evaluation,
-    /// Of the designs of the front.
-    front: Vec<Evaluation>,
+    pub as_in_search: Evaluation,
+    pub front: Vec<FrontDesign>,
 }
 
 impl<'a> Recipe<'a> {
@@ -224,27 +219,16 @@ impl<'a> Recipe<'a> {
         let designs = designs.map(|design| design.write(&mut named, out));
         let designs = designs.collect::<Result<Vec<_>>>()?;
         let verified = self.verify(&found, &designs, context)?;
-        let points = &found.last_result().front;
-        let front = designs[1..].iter().zip(points).zip(verified.front);
-        let front = front.map(|((design, point), judged)| FrontDesign {
-            file: design.name.clone(),
-            coefficients: found.variables.coefficients(point),
-            judged,
-        });
         let design = designs[0].design.clone();
         Ok(Optimised {
-            front: front.collect(),
             stages: found.stages,
             active_limits: [
                 found.variables.limits.active(&design),
                 found.variables.at_bounds(&found.best),
             ]
             .concat(),
-            coefficients: verified.coefficients,
             design,
-            before: verified.before,
-            after: verified.after,
-            as_in_search: verified.as_in_search,
+            verified,
         })
     }
 
@@ -368,7 +352,14 @@ impl<'a> Recipe<'a> {
         let front: Vec<_> = front.collect();
         let name = "the verification of the front";
         let front = verification(name, &front, points, &mut evaluator, context)?;
-        let front = front.into_iter().map(Outcome::evaluation);
+        let front = designs[1..].iter().zip(points).zip(front);
+        let front = front.map(|((design, point), outcome)| {
+            Ok(FrontDesign {
+                file: design.name.clone(),
+                coefficients: found.variables.coefficients(point),
+                judged: outcome.evaluation()?,
+            })
+        });
         Ok(Verified {
             coefficients,
             before,
@@ -485,8 +476,9 @@ impl Optimised {
     pub(super) fn figures(
         &self,
     ) -> impl Iterator<Item = (&str, Option<&PairedFigure>, &PairedFigure)> {
-        self.after.figures.iter().map(|(key, after)| {
-            let before = self.before.as_ref();
+        let Verified { before, after, .. } = &self.verified;
+        after.figures.iter().map(move |(key, after)| {
+            let before = before.as_ref();
             (key.as_str(), before.and_then(|before| before.figure(key)), after)
         })
     }

@@ -63,7 +63,7 @@ impl Optimised {
             constraints: self.constraints(problem),
             front: self.front_entry(problem),
             active_limits: self.active_limits.clone(),
-            coefficients: self.coefficients.clone(),
+            coefficients: self.verified.coefficients.clone(),
             stages: self.stages.iter().map(StageOutcome::entry).collect(),
         }
     }
@@ -71,12 +71,12 @@ impl Optimised {
     fn objective(&self, objective: &Objective) -> ObjectiveEntry {
         let (_, selected) = &self.stages[self.stages.len() - 1].result.final_candidates[0];
         let entry = |judged: &Evaluation| objective.entry(judged);
-        let as_in_search = entry(&self.as_in_search);
-        let before = self.before.as_ref();
-        let change = before.map(|before| objective.change(&self.after, before));
+        let as_in_search = entry(&self.verified.as_in_search);
+        let before = self.verified.before.as_ref();
+        let change = before.map(|before| objective.change(&self.verified.after, before));
         ObjectiveEntry {
             before: before.map(entry),
-            after: entry(&self.after),
+            after: entry(&self.verified.after),
             change,
             verdict: change.map(|change| Verdict::new(&change, Some(false))),
             in_search: selected.in_search,
@@ -92,7 +92,7 @@ impl Optimised {
 
     fn constraints(&self, problem: &Problem) -> Vec<ConstraintEntry> {
         let all = problem.objective.constraints.iter().map(|constraint| {
-            let figure = self.after.figure(&constraint.figure);
+            let figure = self.verified.after.figure(&constraint.figure);
             ConstraintEntry {
                 figure: constraint.figure.clone(),
                 at_least: constraint.bounds.at_least,
@@ -121,10 +121,10 @@ impl Optimised {
                 misses: problem.objective.missed(&one.judged.entries()),
             })
         };
-        let designs: Vec<FrontDesignEntry> = self.front.iter().filter_map(entry).collect();
+        let designs: Vec<FrontDesignEntry> = self.verified.front.iter().filter_map(entry).collect();
         (!designs.is_empty()).then(|| FrontEntry {
             figures: names.map(str::to_owned),
-            before: self.before.as_ref().and_then(pair),
+            before: self.verified.before.as_ref().and_then(pair),
             designs,
         })
     }
