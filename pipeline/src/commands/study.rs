@@ -24,7 +24,7 @@ use metrics::plural::count;
 use report::study as study_pictures;
 use results::figure_entry::COLUMNS;
 use results::shown;
-use results::study::{FILE, StudyFile};
+use results::study::{FILE, LeftOutEntry, StudyFile};
 use results::target::{Sought, Target, Verdict};
 use simulate::job::{Job, SharedWork, Task};
 
@@ -186,7 +186,7 @@ fn target_columns(target: Option<Target>, verdict: &str) -> [String; 5] {
 fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
     let (study, ranking) = (outcome.study, outcome.ranking());
     let mut text = count(study.setups.len(), "set-up");
-    for (setup, why) in &study.impossible {
+    for LeftOutEntry { setup, why } in &study.impossible {
         // Writing to a string cannot fail.
         let _ = write!(text, "\nimpossible: {setup}: {why}");
     }

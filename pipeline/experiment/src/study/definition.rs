@@ -8,6 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use design::Design;
 use files::provenance::FileRecord;
+use results::study::LeftOutEntry;
 use simulate::model::Model;
 
 use super::checks;
@@ -31,7 +32,7 @@ pub struct Study {
     /// Set-ups with the designs they make, the base first.
     pub setups: Vec<(Setup, Vec<Design>)>,
     /// Set-ups without a valid design, and why.
-    pub impossible: Vec<(String, String)>,
+    pub impossible: Vec<LeftOutEntry>,
     /// Paths of short runs.
     pub short_runs: Vec<u64>,
     /// Traces of each model that short runs are cut from.
@@ -104,8 +105,6 @@ fn check(mut head: CheckedFile<StudyFile>, paths: Option<u64>) -> Result<Study> 
 
 /// Set-ups with their designs.
 type Possible = Vec<(Setup, Vec<Design>)>;
-/// Set-ups without a valid design, with the reason.
-type Impossible = Vec<(String, String)>;
 
 /// The designs of every set-up; set-ups without valid designs apart.
 fn designs(
@@ -113,8 +112,8 @@ fn designs(
     factors: &[FactorLevels],
     sources: &[DesignFile],
     paths: Option<u64>,
-) -> Result<(Possible, Impossible)> {
-    let (mut possible, mut impossible) = (Possible::new(), Impossible::new());
+) -> Result<(Possible, Vec<LeftOutEntry>)> {
+    let (mut possible, mut impossible) = (Possible::new(), Vec::new());
     for setup in setups::setups(file, factors)? {
         if paths.is_some() {
             let key = "trace.paths";
@@ -143,7 +142,7 @@ fn designs(
                 possible.push((setup, designs));
             }
             Err(why) if file.skip_impossible && !possible.is_empty() => {
-                impossible.push((setup.name, format!("{why:#}")));
+                impossible.push(LeftOutEntry { setup: setup.name, why: format!("{why:#}") });
             }
             Err(why) => return Err(why.context(format!("set-up {:?}", setup.name))),
         }

@@ -138,8 +138,6 @@ pub struct StudyResults<'a> {
 
 /// A figure with a target that a set-up has not.
 pub struct AbsentFigure<'a> {
-    /// Number of the set-up.
-    pub setup: usize,
     /// Design and model.
     pub place: &'a TraceId,
     /// Name of the figure.
@@ -197,7 +195,7 @@ impl StudyResults<'_> {
             let designs = &self.study.setups[index].1;
             let design = designs.iter().find(|design| design.name == place.design);
             let why = design.map_or_else(String::new, |design| why_absent(design, figure));
-            AbsentFigure { setup: index, place, figure, target, why }
+            AbsentFigure { place, figure, target, why }
         })
     }
 
@@ -350,8 +348,6 @@ impl StudyResults<'_> {
                 "tied_with_first": ranked.is_tied(),
             })
         });
-        let impossible = self.study.impossible.iter();
-        let impossible = impossible.map(|(setup, why)| json!({"setup": setup, "why": why}));
         json!({
             "schema": "batwing-study",
             "schema_version": SCHEMA_VERSION,
@@ -365,7 +361,7 @@ impl StudyResults<'_> {
             "scales": self.study.targets.scales,
             "factors": factors.collect::<Vec<_>>(),
             "setups": setups.collect::<Vec<_>>(),
-            "impossible": impossible.collect::<Vec<_>>(),
+            "impossible": self.study.impossible,
             "ranking": ranking.collect::<Vec<_>>(),
             "unranked": self.unranked(),
             "sensitivities": self.slopes(),
