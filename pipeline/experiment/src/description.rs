@@ -100,7 +100,7 @@ fn of_study(study: &Arc<Study>) -> Vec<(&'static str, String)> {
 fn of_tolerance(analysis: &ToleranceAnalysis) -> Result<Vec<(&'static str, String)>> {
     let traces = trace_count(analysis)?;
     let bounds: BTreeMap<_, _> =
-        analysis.constraints.iter().map(|c| (&c.figure, c.bounds)).collect();
+        analysis.constraints.iter().map(|c| (&c.figure, c.bounds())).collect();
     let bounds = bounds.into_iter().map(|(figure, bounds)| {
         format!("{figure} {}", shown::bounds(bounds, shown::named(figure).1))
     });

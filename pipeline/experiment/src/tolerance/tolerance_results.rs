@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use metrics::Estimate;
 use metrics::plural::count;
-use metrics::{Bounds, Estimate};
 use results::figure_entry::{COLUMNS, FigureEntry};
 use results::schema::Program;
 use results::shown;
@@ -17,7 +17,7 @@ use results::tolerance::{
 use simulate::observation::{unit_in_files, unit_of};
 
 use super::compute::{NoisyValues, Sampled, scatter as of_paths};
-use super::definition::{Constraint, ToleranceAnalysis};
+use super::definition::ToleranceAnalysis;
 use super::sample_tracer::Figures;
 use super::statistics::{Scatter, contributions, scatter, share, without_noise};
 
@@ -56,7 +56,7 @@ impl<'a> ToleranceResults<'a> {
             constraints.iter().all(|constraint| {
                 figures
                     .get(&constraint.figure)
-                    .is_some_and(|e| constraint.bounds.miss(e.value, 0.0) <= 0.0)
+                    .is_some_and(|e| constraint.bounds().miss(e.value, 0.0) <= 0.0)
             })
         };
         let samples = &self.sampled.samples;
@@ -96,16 +96,15 @@ impl<'a> ToleranceResults<'a> {
     }
 
     /// Reason why noise decides which packages meet `constraint`, if it does.
-    fn undecided(&self, constraint: &Constraint) -> Option<String> {
+    fn undecided(&self, constraint: &BoundEntry) -> Option<String> {
         let key = &constraint.figure;
         let found = self.figure(key).zip(self.sampled.values(key));
         let Some((figure, NoisyValues { values, .. })) = found else {
             return self.unread().get(key).map(|why| format!("{key} {why}"));
         };
-        let Bounds { at_least, at_most } = constraint.bounds;
         let is_near = |e: &&Estimate| {
             let near = |bound: f64| (e.value - bound).abs() < NEAR * e.standard_error;
-            [at_least, at_most].into_iter().flatten().any(near)
+            [constraint.at_least, constraint.at_most].into_iter().flatten().any(near)
         };
         let (noise, near) = (figure.noise_of_a_trace, values.iter().filter(is_near).count());
         let unit = unit_of(&self.analysis.design, key);
@@ -133,11 +132,6 @@ impl<'a> ToleranceResults<'a> {
     /// The content of `tolerance.json`, without the files that came out.
     pub fn to_file(&self, seed: u64) -> ToleranceResultsFile {
         let analysis = self.analysis;
-        let constraints = analysis.constraints.iter().map(|constraint| BoundEntry {
-            figure: constraint.figure.clone(),
-            at_least: constraint.bounds.at_least,
-            at_most: constraint.bounds.at_most,
-        });
         ToleranceResultsFile {
             schema_version: SCHEMA_VERSION,
             program: Program::this(),
@@ -152,7 +146,7 @@ impl<'a> ToleranceResults<'a> {
             files: Vec::new(),
             tolerances: names(analysis).into_iter().map(str::to_owned).collect(),
             figures: self.figures.iter().cloned().collect(),
-            constraints: constraints.collect(),
+            constraints: analysis.constraints.clone(),
             yielded: self.yielded(),
             distribution: self.distribution(),
             unread: self.unread(),
