@@ -98,11 +98,11 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
     atomic_file::supersede(&path(FILE))?;
     let headings: Vec<&str> = [&PLACE[..], &COLUMNS, &CHANGE, &TARGET].concat();
     csv::write_text_csv(&path(TABLE), &headings, &rows(&outcome))?;
-    if !study.short_runs.is_empty() {
+    if !study.file.short_runs.is_empty() {
         let rows = outcome.short_runs();
         csv::write_text_csv(&path(SHORT_RUNS), &SHORT_HEADINGS, &rows)?;
     }
-    let tables = [Some(TABLE), (!study.short_runs.is_empty()).then_some(SHORT_RUNS)];
+    let tables = [Some(TABLE), (!study.file.short_runs.is_empty()).then_some(SHORT_RUNS)];
     let record = |name: &str| -> Result<FileRecord> {
         let bytes = std::fs::read(path(name))
             .with_context(|| format!("cannot read `{}` again", path(name).display()))?;
