@@ -150,8 +150,6 @@ pub struct AbsentFigure<'a> {
 
 /// One line of the tidy table.
 pub struct FigureRow<'a> {
-    /// Set-up.
-    pub setup: &'a str,
     /// Design and model.
     pub place: &'a TraceId,
     /// Name of the figure.
@@ -215,7 +213,6 @@ impl StudyResults<'_> {
 
     /// Every figure of set-up `index`.
     pub fn lines(&self, index: usize) -> impl Iterator<Item = FigureRow<'_>> {
-        let setup = self.study.setups[index].0.name.as_str();
         let designs = &self.study.setups[index].1;
         self.found[index].iter().flat_map(move |(place, judged)| {
             let design = designs.iter().find(|design| design.name == place.design);
@@ -226,7 +223,6 @@ impl StudyResults<'_> {
                 index > 0 && base.is_some_and(|base| unit_of(base, key) == unit(key))
             };
             judged.figures.iter().map(move |(name, figure)| FigureRow {
-                setup,
                 place,
                 figure: name,
                 unit: unit(name),
