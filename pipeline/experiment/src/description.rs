@@ -47,7 +47,7 @@ pub fn describe(path: &Path) -> Result<Option<Description>> {
     let has = |key: &str| keys.contains_key(key);
     let mut found = if has("designs") {
         let study = Arc::new(study::load(path, &texts, None)?);
-        let words = format!("{}: {}", study.name, count(study.setups.len(), "set-up"));
+        let words = format!("{}: {}", study.file.name, count(study.setups.len(), "set-up"));
         let (lines, inputs) = (of_study(&study), study.inputs.clone());
         Description { kind: "study", words, lines, inputs }
     } else if has("variables") {
@@ -75,7 +75,7 @@ fn of_study(study: &Arc<Study>) -> Vec<(&'static str, String)> {
         format!("{}: {}", factor.name, listed(levels, ", "))
     });
     let models = study.setups[0].1.iter().flat_map(|design| {
-        study.models.iter().map(move |model| format!("{} {}", design.name, model.key(design)))
+        study.file.models.iter().map(move |model| format!("{} {}", design.name, model.key(design)))
     });
     let all = &study.targets;
     let targets = all.figures.iter().flat_map(move |(design, models)| {
@@ -100,7 +100,7 @@ fn of_study(study: &Arc<Study>) -> Vec<(&'static str, String)> {
 fn of_tolerance(analysis: &ToleranceAnalysis) -> Result<Vec<(&'static str, String)>> {
     let traces = trace_count(analysis)?;
     let bounds: BTreeMap<_, _> =
-        analysis.constraints.iter().map(|c| (&c.figure, c.bounds)).collect();
+        analysis.constraints.iter().map(|c| (&c.figure, c.bounds())).collect();
     let bounds = bounds.into_iter().map(|(figure, bounds)| {
         format!("{figure} {}", shown::bounds(bounds, shown::named(figure).1))
     });

@@ -74,7 +74,7 @@ pub(super) fn write(
     for (number, (receiver, powers)) in design.receivers.iter().zip(seen).enumerate() {
         let colours = shared.colours.map(|all| &all[number]);
         let output = ReceiverOutput::new(receiver, &powers, colours, shared)?;
-        let sums = output.sums(&powers);
+        let sums = output.sums(&powers, shared.units);
         let by_angle = curves_by_angle(receiver, &powers, shared.units, shared.one_path)?;
         // Files take memory too.
         drop(powers);
@@ -98,7 +98,7 @@ pub(super) fn keep(
     for (number, (receiver, powers)) in design.receivers.iter().zip(seen).enumerate() {
         let colours = shared.colours.map(|all| &all[number]);
         let output = ReceiverOutput::new(receiver, &powers, colours, shared)?;
-        let sums = output.sums(&powers);
+        let sums = output.sums(&powers, shared.units);
         drop(powers);
         said.insert(receiver.name().to_owned(), output.describe(&sums, &[], shared));
         arrays.extend(output.colour_array());
@@ -121,8 +121,6 @@ fn scale(measurement: &Measurement, units: Units) -> (Quantity, f64) {
 struct ReceiverOutput<'a> {
     receiver: &'a CheckedReceiver,
     quantity: Quantity,
-    flux: Quantity,
-    per_flux: f64,
     axes: Vec<Axis>,
     value: Vec<f64>,
     standard_error: Vec<f64>,
@@ -213,17 +211,7 @@ impl<'a> ReceiverOutput<'a> {
             let bins = scaled(colours, |bin| factor / measures[bin]);
             ReceiverColours { unit: quantity.unit(), bins, places }
         });
-        Ok(Self {
-            receiver,
-            quantity,
-            flux: units.flux(),
-            per_flux: units.per_flux(),
-            axes,
-            value,
-            standard_error,
-            map,
-            colours,
-        })
+        Ok(Self { receiver, quantity, axes, value, standard_error, map, colours })
     }
 
     fn write(&self, shared: &Shared) -> Result<Vec<PathBuf>> {
@@ -416,11 +404,11 @@ impl<'a> ReceiverOutput<'a> {
     }
 
     /// Flux over all bins, for every Stokes parameter.
-    fn sums(&self, powers: &Grouped) -> Grouped {
-        let places = self.receiver.detector.places();
+    fn sums(&self, powers: &Grouped, units: Units) -> Grouped {
+        let (places, per_flux) = (self.receiver.detector.places(), units.per_flux());
         powers.map(|bins| {
             let sums = bins.chunks(places).map(|bins| bins.iter().sum::<f64>());
-            sums.map(|sum| sum * self.per_flux).collect()
+            sums.map(|sum| sum * per_flux).collect()
         })
     }
 
@@ -434,7 +422,7 @@ impl<'a> ReceiverOutput<'a> {
             let errors = sum.standard_errors();
             let estimates = sum.total().iter().zip(errors).map(|(s, e)| Estimate::new(*s, e));
             // Flux alone is no less than 0.
-            let one_path = [self.per_flux * shared.one_path].into_iter();
+            let one_path = [shared.units.per_flux() * shared.one_path].into_iter();
             let estimates = estimates.zip(one_path.chain(std::iter::repeat(0.0)));
             let entries = estimates.map(|(e, one)| FigureEntry::new(with_one_path(e, one)));
             let others = self.parameters().iter().skip(1);
@@ -453,7 +441,7 @@ impl<'a> ReceiverOutput<'a> {
             quantity: self.quantity.name().to_owned(),
             unit: self.quantity.unit().symbol().to_owned(),
             files: files.to_vec(),
-            flux_unit: (!of_bins).then(|| self.flux.unit().symbol().to_owned()),
+            flux_unit: (!of_bins).then(|| shared.units.flux().unit().symbol().to_owned()),
             figures,
         }
     }

@@ -42,11 +42,6 @@ impl PairedFigure {
         JackknifedFigure::new(value, without).into()
     }
 
-    /// Value with standard error.
-    pub fn estimate(&self) -> Estimate {
-        self.entry.estimate()
-    }
-
     /// The error that replicates do not show: that of a figure between two ends, or all of it where
     /// every replicate is the same.
     pub fn hidden_error(&self) -> f64 {

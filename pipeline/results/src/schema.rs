@@ -98,14 +98,6 @@ impl ResultsFile {
         serde_path_to_error::deserialize(json)
             .map_err(|e| complaint(&key_text(e.path()), &e.inner().to_string()))
     }
-
-    /// All models with the names of their designs: of the designs first, then of the references.
-    pub fn models(&self) -> impl Iterator<Item = (&str, &str, &ModelEntry)> {
-        let designs = self.designs.iter().chain(&self.references);
-        designs.flat_map(|(design, models)| {
-            models.iter().map(move |(key, model)| (design.as_str(), key.as_str(), model))
-        })
-    }
 }
 
 /// A reader's message in the words of all others: key, expected, got.

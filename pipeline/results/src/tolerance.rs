@@ -9,10 +9,10 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
-use metrics::Estimate;
 use metrics::digits::significant;
 use metrics::plural::count;
 use metrics::quantity::Unit;
+use metrics::{Bounds, Estimate};
 
 use super::figure_entry::FigureEntry;
 use super::schema::Program;
@@ -192,6 +192,13 @@ pub struct BoundEntry {
     pub at_least: Option<f64>,
     /// Largest value.
     pub at_most: Option<f64>,
+}
+
+impl BoundEntry {
+    /// Both bounds.
+    pub fn bounds(&self) -> Bounds {
+        Bounds { at_least: self.at_least, at_most: self.at_most }
+    }
 }
 
 /// Packages that meet all constraints; no number where noise decides which do.

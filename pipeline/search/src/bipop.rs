@@ -90,11 +90,6 @@ impl Bipop {
         runs
     }
 
-    /// The run under way.
-    pub fn run(&self) -> &CmaEs {
-        &self.run
-    }
-
     fn left(&self) -> usize {
         (self.settings.max_evaluations).saturating_sub(self.large + self.small)
     }
@@ -183,6 +178,13 @@ impl Minimiser for Bipop {
 
     fn best(&self) -> Option<&Evaluated> {
         self.best.as_ref()
+    }
+
+    fn found(&self) -> Vec<(Point, Option<Evaluated>)> {
+        let found = |run: Run| {
+            (run.favourite, Some(Evaluated { point: run.best_point, value: run.best_value }))
+        };
+        self.runs().into_iter().map(found).collect()
     }
 
     fn evaluations(&self) -> usize {

@@ -157,11 +157,6 @@ impl CmaEs {
         self.settings.population
     }
 
-    /// Step size σ, in units of the box.
-    pub fn step_size(&self) -> f64 {
-        self.sigma
-    }
-
     /// z normal, y = B D z (38, 39).
     fn step(&mut self) -> Step {
         let z = DVector::from_fn(self.mean.len(), |_, _| self.random.normal());

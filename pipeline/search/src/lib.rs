@@ -77,6 +77,12 @@ pub trait Minimiser {
     /// Feasible candidate of the smallest value told.
     fn best(&self) -> Option<&Evaluated>;
 
+    /// Favourite and best candidate of every run, also of the one under way; there is one run unless
+    /// the search restarts.
+    fn found(&self) -> Vec<(Point, Option<Evaluated>)> {
+        vec![(self.favourite(), self.best().cloned())]
+    }
+
     /// Number of values told.
     fn evaluations(&self) -> usize;
 

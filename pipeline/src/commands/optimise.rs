@@ -14,7 +14,7 @@ use experiment::checked_file::Texts;
 use experiment::optimise::outputs::{self, CONVERGENCE, SENSITIVITIES};
 use experiment::optimise::problem::{self, Problem};
 use experiment::optimise::recipe::{Optimised, Recipe};
-use experiment::optimise::search_results::plain_text;
+use experiment::optimise::search_results::{missed_constraints, plain_text};
 use experiment::optimise::shared_search::SharedSearch;
 use experiment::optimise::verification_run::VerificationRun;
 use experiment::optimise::{external_search, named_files};
@@ -147,7 +147,7 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     files.extend(front.map(|one| one.design.as_str()));
     let files = files.into_iter().map(|name| record(out, name));
     file.files = files.collect::<Result<Vec<_>>>()?;
-    for missed in found.missed_constraints(&problem) {
+    for missed in missed_constraints(&file) {
         context.console.warn(&format!("{}: {missed}", arguments.problem.display()));
     }
     let json = sealed(serde_json::to_value(&file)?)?;

@@ -24,7 +24,7 @@ use metrics::plural::count;
 use report::study as study_pictures;
 use results::figure_entry::COLUMNS;
 use results::shown;
-use results::study::{FILE, StudyFile};
+use results::study::{FILE, LeftOutEntry, StudyFile};
 use results::target::{Sought, Target, Verdict};
 use simulate::job::{Job, SharedWork, Task};
 
@@ -98,11 +98,11 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
     atomic_file::supersede(&path(FILE))?;
     let headings: Vec<&str> = [&PLACE[..], &COLUMNS, &CHANGE, &TARGET].concat();
     csv::write_text_csv(&path(TABLE), &headings, &rows(&outcome))?;
-    if !study.short_runs.is_empty() {
+    if !study.file.short_runs.is_empty() {
         let rows = outcome.short_runs();
         csv::write_text_csv(&path(SHORT_RUNS), &SHORT_HEADINGS, &rows)?;
     }
-    let tables = [Some(TABLE), (!study.short_runs.is_empty()).then_some(SHORT_RUNS)];
+    let tables = [Some(TABLE), (!study.file.short_runs.is_empty()).then_some(SHORT_RUNS)];
     let record = |name: &str| -> Result<FileRecord> {
         let bytes = std::fs::read(path(name))
             .with_context(|| format!("cannot read `{}` again", path(name).display()))?;
@@ -186,7 +186,7 @@ fn target_columns(target: Option<Target>, verdict: &str) -> [String; 5] {
 fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
     let (study, ranking) = (outcome.study, outcome.ranking());
     let mut text = count(study.setups.len(), "set-up");
-    for (setup, why) in &study.impossible {
+    for LeftOutEntry { setup, why } in &study.impossible {
         // Writing to a string cannot fail.
         let _ = write!(text, "\nimpossible: {setup}: {why}");
     }

@@ -68,27 +68,16 @@ impl Limits {
             let limit = self.total_height_mm;
             return Some(format!("limits.total_height_mm: {top:.4} above {limit}"));
         }
-        if !design.has_relief() {
-            let leaning = !self.overhang && leans(&outline);
-            return leaning.then(|| "limits.overhang: the outline leans over itself".to_owned());
-        }
-        let width = design.elements.width_mm * 1e3;
-        if width < self.ring_width_um * (1.0 - 1e-12) {
-            let limit = self.ring_width_um;
-            return Some(format!("limits.ring_width_um: {width} below {limit}"));
-        }
-        let rounding = design.elements.rounding;
-        for (key, radius_mm, limit) in [
-            ("tip_radius_um", rounding.tip_mm, self.tip_radius_um),
-            ("valley_radius_um", rounding.valley_mm, self.valley_radius_um),
-        ] {
-            let radius_um = 1e3 * radius_mm;
-            if radius_um < limit * (1.0 - 1e-12) {
-                return Some(format!("limits.{key}: {radius_um} below {limit}"));
+        for (key, value, limit) in self.of_relief(design) {
+            if value < limit * (1.0 - 1e-12) {
+                return Some(format!("limits.{key}: {value} below {limit}"));
             }
         }
         if !self.overhang && leans(&outline) {
             return Some("limits.overhang: the outline leans over itself".to_owned());
+        }
+        if !design.has_relief() {
+            return None;
         }
         let steepest = walls(&outline).fold((0, 90.0), least);
         if steepest.1 < self.draft_deg - ROUNDING_DEG {
@@ -106,24 +95,26 @@ impl Limits {
         })
     }
 
+    /// Key, length and least length of what `design` has of a relief, µm.
+    fn of_relief(&self, design: &Design) -> impl Iterator<Item = (&'static str, f64, f64)> {
+        let elements = &design.elements;
+        let lengths = [
+            ("ring_width_um", 1e3 * elements.width_mm, self.ring_width_um),
+            ("tip_radius_um", 1e3 * elements.rounding.tip_mm, self.tip_radius_um),
+            ("valley_radius_um", 1e3 * elements.rounding.valley_mm, self.valley_radius_um),
+        ];
+        lengths.into_iter().take(if design.has_relief() { lengths.len() } else { 0 })
+    }
+
     /// Limits at which `design` stands, each with the elements that do.
     pub fn active(&self, design: &Design) -> Vec<String> {
         let Ok(outline) = design.outline() else {
             return Vec::new();
         };
-        let mut active = Vec::new();
-        let elements = &design.elements;
-        for (key, value, limit) in [
-            ("total_height_mm", outline.top_mm(), self.total_height_mm),
-            ("ring_width_um", 1e3 * elements.width_mm, self.ring_width_um),
-            ("tip_radius_um", 1e3 * elements.rounding.tip_mm, self.tip_radius_um),
-            ("valley_radius_um", 1e3 * elements.rounding.valley_mm, self.valley_radius_um),
-        ] {
-            let has = key == "total_height_mm" || design.has_relief();
-            if has && (value / limit - 1.0).abs() < AT_LIMIT {
-                active.push(key.to_owned());
-            }
-        }
+        let height = [("total_height_mm", outline.top_mm(), self.total_height_mm)];
+        let lengths = height.into_iter().chain(self.of_relief(design));
+        let at_limit = lengths.filter(|(_, value, limit)| (value / limit - 1.0).abs() < AT_LIMIT);
+        let mut active: Vec<String> = at_limit.map(|(key, ..)| key.to_owned()).collect();
         let mut at = |key: &str, limit: f64, angles: Vec<(usize, f64)>| {
             let near = angles
                 .into_iter()

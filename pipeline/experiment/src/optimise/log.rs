@@ -71,9 +71,9 @@ pub(super) struct Candidate {
 impl Candidate {
     pub fn new(point: &[f64], evaluator: &Evaluator<'_>, outcome: &Outcome) -> Self {
         let variables = evaluator.variables;
-        let judged = match outcome {
-            Outcome::Evaluated(judged) => Some(judged),
-            Outcome::Refused(_) => None,
+        let (judged, refused) = match outcome {
+            Outcome::Evaluated(judged) => (Some(judged), None),
+            Outcome::Refused(why) => (None, Some(why.clone())),
         };
         let figures = judged.into_iter().flat_map(|judged| &judged.figures);
         Self {
@@ -85,11 +85,8 @@ impl Candidate {
             standard_error: judged.map(|judged| judged.estimate().standard_error),
             interval: judged.and_then(|judged| evaluator.objective.entry(judged).interval),
             figures: figures.map(|(k, f)| (k.clone(), f.entry)).collect(),
-            feasible: outcome.feasible().is_some(),
-            refused: match outcome {
-                Outcome::Refused(why) => Some(why.clone()),
-                Outcome::Evaluated(_) => None,
-            },
+            feasible: judged.is_some_and(|judged| judged.miss <= 0.0),
+            refused,
         }
     }
 

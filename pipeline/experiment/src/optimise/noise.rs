@@ -14,10 +14,8 @@ const UNDECIDED: f64 = 0.25;
 pub(super) fn noise(judged: &[Evaluation], constraints: &[Constraint]) -> Option<f64> {
     let values: Vec<Replicated> = judged.iter().map(|j| (j.value, &j.without[..])).collect();
     let of_constraints = constraints.iter().filter_map(|constraint| {
-        let figure =
-            |one: &'_ Evaluation| one.figures.iter().position(|(k, _)| *k == constraint.figure);
-        let place = judged.first().and_then(figure)?;
-        let figures: Vec<_> = judged.iter().map(|one| &one.figures[place].1).collect();
+        let figures = judged.iter().map(|one| one.figure(&constraint.figure));
+        let figures: Vec<_> = figures.collect::<Option<_>>()?;
         let undecided = figures.iter().filter(|f| constraint.is_undecided(&f.entry)).count();
         let counts = undecided as f64 >= UNDECIDED * judged.len() as f64;
         let values: Vec<_> = figures.iter().map(|f| (f.entry.value, &f.without[..])).collect();

@@ -39,12 +39,4 @@ impl Outcome {
             Self::Refused(_) => f64::INFINITY,
         }
     }
-
-    /// The objective where all constraints are met.
-    pub fn feasible(&self) -> Option<&Evaluation> {
-        match self {
-            Self::Evaluated(judged) if judged.miss <= 0.0 => Some(judged),
-            _ => None,
-        }
-    }
 }

@@ -15,8 +15,7 @@ use files::atomic_file;
 use files::cache::Cache;
 use files::interrupt::Interrupted;
 use files::run_context::RunContext;
-use metrics::Estimate;
-use results::optimisation::{FILE, MissedCandidate};
+use results::optimisation::{CoefficientEntry, FILE, MissedCandidate};
 use results::paired_figure::PairedFigure;
 use search::Point;
 use simulate::model::Model;
@@ -73,21 +72,6 @@ pub struct StageOutcome {
     pub(super) missed: Option<MissedCandidate>,
 }
 
-/// A coefficient of a variable.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Coefficient {
-    /// Key or profile with the number of the coefficient.
-    pub label: String,
-    /// At the start of the last stage.
-    pub start: f64,
-    /// Value at the end of the search.
-    pub found: f64,
-    /// Choices that both are shares of.
-    pub choices: Option<[serde_json::Value; 2]>,
-    /// Change of the objective for one unit, where it was looked at.
-    pub sensitivity: Option<Estimate>,
-}
-
 /// Result of an optimisation.
 #[derive(Debug, Clone)]
 pub struct Optimised {
@@ -95,15 +79,9 @@ pub struct Optimised {
     pub stages: Vec<StageOutcome>,
     /// The design that was found, read again from its file.
     pub design: Design,
-    /// Coefficients of the last stage.
-    pub coefficients: Vec<Coefficient>,
     /// Limits at which the design stands.
     pub active_limits: Vec<String>,
-    pub(super) before: Option<Evaluation>,
-    pub(super) after: Evaluation,
-    /// The design found with `set` of the last stage.
-    pub(super) as_in_search: Evaluation,
-    pub(super) front: Vec<FrontDesign>,
+    pub(super) verified: Verified,
 }
 
 /// Result of all stages.
@@ -118,14 +96,15 @@ pub(super) struct Searched {
 }
 
 /// Evaluations of the designs that were found, by fresh paths.
+#[derive(Debug, Clone)]
 pub(super) struct Verified {
-    coefficients: Vec<Coefficient>,
-    before: Option<Evaluation>,
-    after: Evaluation,
+    /// Of the last stage.
+    pub coefficients: Vec<CoefficientEntry>,
+    pub before: Option<Evaluation>,
+    pub after: Evaluation,
     /// The design found with `set` of the last stage.
-    as_in_search: Evaluation,
-    /// Of the designs of the front.
-    front: Vec<Evaluation>,
+    pub as_in_search: Evaluation,
+    pub front: Vec<FrontDesign>,
 }
 
 impl<'a> Recipe<'a> {
@@ -221,16 +200,13 @@ impl<'a> Recipe<'a> {
     /// interrupt.
     pub fn run(&self, out: &Path, resume: bool, context: RunContext) -> Result<Optimised> {
         let key = self.problem.key(context.seed);
-        if context.is_merging() {
-            let all = SharedEvaluations::new(key.hex(), None, context)?;
-            let shared = Recipe { shared: Some(&all), ..*self };
-            return shared.run_with(
-                Log::open(&out.join(log::FILE), key.hex(), false)?,
-                out,
-                context,
-            );
+        let is_merging = context.is_merging();
+        let log = Log::open(&out.join(log::FILE), key.hex(), resume && !is_merging)?;
+        if !is_merging {
+            return self.run_with(log, out, context);
         }
-        self.run_with(Log::open(&out.join(log::FILE), key.hex(), resume)?, out, context)
+        let all = SharedEvaluations::new(key.hex(), None, context)?;
+        Recipe { shared: Some(&all), ..*self }.run_with(log, out, context)
     }
 
     fn run_with(&self, mut log: Log, out: &Path, context: RunContext) -> Result<Optimised> {
@@ -243,27 +219,16 @@ impl<'a> Recipe<'a> {
         let designs = designs.map(|design| design.write(&mut named, out));
         let designs = designs.collect::<Result<Vec<_>>>()?;
         let verified = self.verify(&found, &designs, context)?;
-        let points = &found.last_result().front;
-        let front = designs[1..].iter().zip(points).zip(verified.front);
-        let front = front.map(|((design, point), judged)| FrontDesign {
-            file: design.name.clone(),
-            coefficients: found.variables.coefficients(point),
-            judged,
-        });
         let design = designs[0].design.clone();
         Ok(Optimised {
-            front: front.collect(),
             stages: found.stages,
             active_limits: [
                 found.variables.limits.active(&design),
                 found.variables.at_bounds(&found.best),
             ]
             .concat(),
-            coefficients: verified.coefficients,
             design,
-            before: verified.before,
-            after: verified.after,
-            as_in_search: verified.as_in_search,
+            verified,
         })
     }
 
@@ -313,7 +278,7 @@ impl<'a> Recipe<'a> {
             let result = search.run(&found.start);
             progress.finish_and_clear();
             let result = result.map_err(|error| self.about(error))?;
-            found.best.clone_from(&result.final_candidates[0].point);
+            found.best.clone_from(&result.final_candidates[0].0);
             // All that was set before stays; what this stage sets goes on top.
             found.settings.extend(found.variables.settings(&found.best)?);
             // A front has no best candidate.
@@ -387,7 +352,14 @@ impl<'a> Recipe<'a> {
         let front: Vec<_> = front.collect();
         let name = "the verification of the front";
         let front = verification(name, &front, points, &mut evaluator, context)?;
-        let front = front.into_iter().map(Outcome::evaluation);
+        let front = designs[1..].iter().zip(points).zip(front);
+        let front = front.map(|((design, point), outcome)| {
+            Ok(FrontDesign {
+                file: design.name.clone(),
+                coefficients: found.variables.coefficients(point),
+                judged: outcome.evaluation()?,
+            })
+        });
         Ok(Verified {
             coefficients,
             before,
@@ -404,7 +376,7 @@ impl<'a> Recipe<'a> {
     }
 
     /// The coefficients of the last stage with their sensitivities.
-    fn coefficients(&self, found: &Searched, context: RunContext) -> Result<Vec<Coefficient>> {
+    fn coefficients(&self, found: &Searched, context: RunContext) -> Result<Vec<CoefficientEntry>> {
         let variables = &found.variables;
         let evaluator = self.evaluator(variables, self.last_stage());
         let sensitivities = sensitivities(evaluator, &found.best, context)?;
@@ -416,13 +388,13 @@ impl<'a> Recipe<'a> {
             let all = variables.choices(point);
             all.collect::<BTreeMap<_, _>>()
         });
-        let all = all.map(|((label, sensitivity), (start, found))| Coefficient {
+        let all = all.map(|((label, sensitivity), (start, found))| CoefficientEntry {
             choices: choices[0]
                 .get(&label)
                 .cloned()
                 .zip(choices[1].get(&label).cloned())
                 .map(<[serde_json::Value; 2]>::from),
-            label,
+            variable: label,
             start,
             found,
             sensitivity,
@@ -453,7 +425,7 @@ impl<'a> Recipe<'a> {
     /// Refuses a search that met no candidate within the constraints.
     fn feasible(&self, stages: &[StageOutcome]) -> Result<()> {
         let last = &stages[stages.len() - 1].result;
-        if last.final_candidates[0].feasible {
+        if last.final_candidates[0].1.feasible {
             return Ok(());
         }
         let nearest = stages.iter().filter_map(|s| s.result.nearest.as_ref());
@@ -504,10 +476,10 @@ impl Optimised {
     pub(super) fn figures(
         &self,
     ) -> impl Iterator<Item = (&str, Option<&PairedFigure>, &PairedFigure)> {
-        self.after.figures.iter().map(|(key, after)| {
-            let before = self.before.as_ref();
-            let before = before.and_then(|b| b.figures.iter().find(|(known, _)| known == key));
-            (key.as_str(), before.map(|b| &b.1), after)
+        let Verified { before, after, .. } = &self.verified;
+        after.figures.iter().map(move |(key, after)| {
+            let before = before.as_ref();
+            (key.as_str(), before.and_then(|before| before.figure(key)), after)
         })
     }
 }

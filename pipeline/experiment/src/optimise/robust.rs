@@ -112,10 +112,8 @@ impl RobustObjective {
         };
         let groups = packages.iter().map(|one| one.without.len()).min().unwrap_or(0);
         let figures = first.figures.iter().filter_map(|(key, figure)| {
-            let found =
-                |one: &'_ Evaluation| one.figures.iter().position(|(known, _)| known == key);
-            let all = packages.iter().map(|one| Some(&one.figures[found(one)?].1));
             // A package may lack one that nothing asks for.
+            let all = packages.iter().map(|one| one.figure(key));
             let all: Vec<&PairedFigure> = all.collect::<Option<_>>()?;
             let mean = |of: &dyn Fn(&PairedFigure) -> f64| {
                 all.iter().map(|figure| of(figure)).sum::<f64>() / all.len() as f64

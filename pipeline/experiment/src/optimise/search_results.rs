@@ -11,21 +11,17 @@ use metrics::quantity::Unit;
 use results::constraint;
 use results::figure_entry::FigureEntry;
 use results::optimisation::{
-    CoefficientEntry, ComparedFigure, ConstraintEntry, FinalCandidateEntry, FrontDesignEntry,
-    FrontEntry, GenerationEntry, MissedCandidate, ObjectiveEntry, OptimisationFile, SCHEMA_VERSION,
-    StageEntry, Verdict,
+    CoefficientEntry, ComparedFigure, ConstraintEntry, FrontDesignEntry, FrontEntry,
+    MissedCandidate, ObjectiveEntry, OptimisationFile, SCHEMA_VERSION, StageEntry, Verdict,
 };
 use results::schema::Program;
 use results::shown::{self, named, with_error};
 use simulate::observation::unit_in_files;
 
 use super::front::FrontDesign;
-use super::log::{Candidate, GenerationEnd};
 use super::objective::{Evaluation, Objective};
-use super::outcome::INFEASIBLE;
 use super::problem::Problem;
-use super::recipe::{Coefficient, Optimised, StageOutcome};
-use super::stage::FinalCandidate;
+use super::recipe::{Optimised, StageOutcome};
 
 /// Coefficients whose sensitivity is listed for people.
 const LISTED: usize = 8;
@@ -67,26 +63,25 @@ impl Optimised {
             constraints: self.constraints(problem),
             front: self.front_entry(problem),
             active_limits: self.active_limits.clone(),
-            coefficients: self.coefficients.iter().map(Coefficient::entry).collect(),
+            coefficients: self.verified.coefficients.clone(),
             stages: self.stages.iter().map(StageOutcome::entry).collect(),
         }
     }
 
     fn objective(&self, objective: &Objective) -> ObjectiveEntry {
-        let selected = &self.stages[self.stages.len() - 1].result.final_candidates[0];
+        let (_, selected) = &self.stages[self.stages.len() - 1].result.final_candidates[0];
         let entry = |judged: &Evaluation| objective.entry(judged);
-        let in_search = Some(selected.search_value).filter(|value| *value < INFEASIBLE);
-        let as_in_search = entry(&self.as_in_search);
-        let before = self.before.as_ref();
-        let change = before.map(|before| objective.change(&self.after, before));
+        let as_in_search = entry(&self.verified.as_in_search);
+        let before = self.verified.before.as_ref();
+        let change = before.map(|before| objective.change(&self.verified.after, before));
         ObjectiveEntry {
             before: before.map(entry),
-            after: entry(&self.after),
+            after: entry(&self.verified.after),
             change,
             verdict: change.map(|change| Verdict::new(&change, Some(false))),
-            in_search,
-            at_selection: selected.entry().objective(),
-            bias_of_search: in_search.map(|value| FigureEntry {
+            in_search: selected.in_search,
+            at_selection: selected.objective(),
+            bias_of_search: selected.in_search.map(|value| FigureEntry {
                 value: as_in_search.value - value,
                 interval: as_in_search.interval.map(|ends| ends.map(|end| end - value)),
                 ..as_in_search
@@ -97,15 +92,14 @@ impl Optimised {
 
     fn constraints(&self, problem: &Problem) -> Vec<ConstraintEntry> {
         let all = problem.objective.constraints.iter().map(|constraint| {
-            let mut figures = self.after.figures.iter();
-            let figure = figures.find(|(key, _)| *key == constraint.figure);
+            let figure = self.verified.after.figure(&constraint.figure);
             ConstraintEntry {
                 figure: constraint.figure.clone(),
                 at_least: constraint.bounds.at_least,
                 at_most: constraint.bounds.at_most,
                 margin: constraint.margin,
-                value: figure.map(|(_, f)| f.entry),
-                met: figure.is_some_and(|(_, f)| constraint.is_met(&f.entry)),
+                value: figure.map(|figure| figure.entry),
+                met: figure.is_some_and(|figure| constraint.is_met(&figure.entry)),
             }
         });
         all.collect()
@@ -127,44 +121,18 @@ impl Optimised {
                 misses: problem.objective.missed(&one.judged.entries()),
             })
         };
-        let designs: Vec<FrontDesignEntry> = self.front.iter().filter_map(entry).collect();
+        let designs: Vec<FrontDesignEntry> = self.verified.front.iter().filter_map(entry).collect();
         (!designs.is_empty()).then(|| FrontEntry {
             figures: names.map(str::to_owned),
-            before: self.before.as_ref().and_then(pair),
+            before: self.verified.before.as_ref().and_then(pair),
             designs,
         })
-    }
-
-    /// Constraints that the verified figures do not meet.
-    pub fn missed_constraints(&self, problem: &Problem) -> Vec<String> {
-        let missed = problem.objective.constraints.iter().filter_map(|constraint| {
-            let figures = &self.after.figures;
-            let missed = match figures.iter().find(|(key, _)| *key == constraint.figure) {
-                Some((_, figure)) => constraint.missed(&figure.entry)?,
-                None => format!("{} cannot be read", constraint.figure),
-            };
-            Some(format!("constraints: when verified, {missed}"))
-        });
-        missed.collect()
-    }
-}
-
-impl Coefficient {
-    fn entry(&self) -> CoefficientEntry {
-        CoefficientEntry {
-            variable: self.label.clone(),
-            start: self.start,
-            found: self.found,
-            choices: self.choices.clone(),
-            sensitivity: self.sensitivity,
-        }
     }
 }
 
 impl StageOutcome {
     fn entry(&self) -> StageEntry {
         let (settings, result) = (&self.settings, &self.result);
-        let generations = result.generations.iter();
         let final_candidates = result.final_candidates.iter();
         StageEntry {
             model: settings.model.word().to_owned(),
@@ -176,34 +144,8 @@ impl StageOutcome {
             cut_short: result.cut_short,
             refusals: result.refusals.iter().take(REASONS).cloned().collect(),
             missed: self.missed.clone(),
-            generations: generations.map(|(end, best)| generation(end, best.as_ref())).collect(),
-            final_candidates: final_candidates.map(FinalCandidate::entry).collect(),
-        }
-    }
-}
-
-fn generation(end: &GenerationEnd, best: Option<&Candidate>) -> GenerationEntry {
-    GenerationEntry {
-        generation: end.generation,
-        candidates: end.candidates,
-        paths: end.paths,
-        best: best.and_then(|b| b.value),
-        standard_error: best.and_then(|b| b.standard_error),
-        feasible: best.is_some_and(|b| b.feasible),
-        noise: end.noise,
-    }
-}
-
-impl FinalCandidate {
-    fn entry(&self) -> FinalCandidateEntry {
-        FinalCandidateEntry {
-            run: self.run,
-            in_search: Some(self.search_value).filter(|value| *value < INFEASIBLE),
-            value: Some(self.selection_value).filter(|v| v.is_finite()),
-            standard_error: self.selection_error,
-            interval: self.selection_interval,
-            feasible: self.feasible,
-            misses: self.misses.clone(),
+            generations: result.generations.clone(),
+            final_candidates: final_candidates.map(|(_, entry)| entry.clone()).collect(),
         }
     }
 }
@@ -248,14 +190,20 @@ fn add_stage(text: &mut String, at: usize, stage: &StageEntry) {
     }
 }
 
-/// Constraints that the design misses that the search began with.
-fn missed_before(file: &OptimisationFile) -> Vec<String> {
-    let missed = file.constraints.iter().filter_map(|c| {
-        let figure = file.figures.get(&c.figure);
-        let Some(before) = figure.and_then(|figure| figure.before) else {
-            return Some(format!("{} cannot be read", c.figure));
-        };
-        constraint::missed(&c.figure, c.bounds(), c.margin, &before)
+/// Constraints that the verified figures do not meet.
+pub fn missed_constraints(file: &OptimisationFile) -> Vec<String> {
+    let missed = missed(file, |constraint| constraint.value).into_iter();
+    missed.map(|missed| format!("constraints: when verified, {missed}")).collect()
+}
+
+/// Constraints that the figures `of` each do not meet.
+fn missed(
+    file: &OptimisationFile,
+    of: impl Fn(&ConstraintEntry) -> Option<FigureEntry>,
+) -> Vec<String> {
+    let missed = file.constraints.iter().filter_map(|c| match of(c) {
+        Some(figure) => constraint::missed(&c.figure, c.bounds(), c.margin, &figure),
+        None => Some(format!("{} cannot be read", c.figure)),
     });
     missed.collect()
 }
@@ -290,7 +238,7 @@ fn add_figures(text: &mut String, file: &OptimisationFile) {
     if !worse.is_empty() {
         let _ = writeln!(text, "worse than {} beyond errors: {}", file.design, worse.join(", "));
     }
-    let missed = missed_before(file);
+    let missed = missed(file, |c| file.figures.get(&c.figure)?.before);
     if !missed.is_empty() {
         let missed = missed.join("; ");
         let _ = writeln!(text, "{} does not meet the constraints: {missed}", file.design);

@@ -17,8 +17,8 @@ use files::run_context::RunContext;
 use metrics::Estimate;
 use metrics::plural::count;
 use results::figure_entry::FigureEntry;
-use results::optimisation::MissedCandidate;
-use search::bipop::{self, Bipop};
+use results::optimisation::{FinalCandidateEntry, GenerationEntry, MissedCandidate};
+use search::bipop::Bipop;
 use search::cma_es::{self, CmaEs};
 use search::coordinate::{self, CoordinateSearch};
 use search::normal::Normal;
@@ -32,7 +32,7 @@ use super::file::Method;
 use super::log::{Candidate, Generation, GenerationEnd, Log};
 use super::noise::noise;
 use super::objective::Objective;
-use super::outcome::Outcome;
+use super::outcome::{INFEASIBLE, Outcome};
 use super::problem::StageSettings;
 use super::shared_evaluations::Batch;
 use super::variables::Variables;
@@ -43,33 +43,15 @@ const MAX_NOISE: f64 = 0.7;
 const MIN_STEP: f64 = 2e-3;
 
 /// One of the points among which a stage chooses.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct FinalCandidate {
-    /// In the unit box.
-    pub point: Point,
-    /// Run, from 1.
-    pub run: usize,
-    /// Value of the best candidate of the run, as the search saw it.
-    pub search_value: f64,
-    /// Objective by the paths of the selection.
-    pub selection_value: f64,
-    /// Its standard error.
-    pub selection_error: Option<f64>,
-    /// Ends of the objective, where a figure of it is known between ends alone.
-    pub selection_interval: Option<[f64; 2]>,
-    /// True where all constraints are met.
-    pub feasible: bool,
-    /// Constraints that it misses, for people.
-    pub misses: Vec<String>,
-}
+pub(super) type FinalCandidate = (Point, FinalCandidateEntry);
 
 /// Result of a stage.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct StageResult {
     /// Best first.
     pub final_candidates: Vec<FinalCandidate>,
-    /// Every generation of the search, without candidates, and its best.
-    pub generations: Vec<(GenerationEnd, Option<Candidate>)>,
+    /// Every generation of the search with its best candidate.
+    pub generations: Vec<GenerationEntry>,
     /// Candidates traced or refused.
     pub evaluations: usize,
     /// Reasons of refusals with their numbers, most frequent first.
@@ -87,8 +69,7 @@ pub(super) struct StageResult {
 impl StageResult {
     /// The candidate with the best objective, where it misses a constraint, for people.
     pub fn missed(&self, variables: &Variables, objective: &Objective) -> Option<MissedCandidate> {
-        let best = self.generations.iter().filter_map(|(_, best)| best.as_ref());
-        let best = best.filter(|best| best.feasible).map(Candidate::value);
+        let best = self.generations.iter().filter(|one| one.feasible).filter_map(|one| one.best);
         let best = best.fold(f64::INFINITY, f64::min);
         let missed = self.missed.as_ref().filter(|one| one.objective.is_some_and(|o| o < best))?;
         Some(MissedCandidate {
@@ -166,14 +147,14 @@ impl StageSearch<'_, '_> {
             // A wide search scatters far above the noise of few paths.
             state.paths = self.settings().paths;
             let mut search = self.search(start, run, budget, seed);
-            self.generations(search.as_dyn(), &mut state)?;
-            final_candidates.extend(search.found(run));
+            self.generations(search.as_mut(), &mut state)?;
+            final_candidates.extend(found(search.as_ref(), run));
         }
         self.select(final_candidates, &mut state)?;
         Ok(state.result)
     }
 
-    fn search(&self, start: &Point, run: usize, budget: usize, seed: u64) -> AnyMinimiser {
+    fn search(&self, start: &Point, run: usize, budget: usize, seed: u64) -> Box<dyn Minimiser> {
         let stage = self.settings();
         let start = match run {
             1 => start.clone(),
@@ -186,23 +167,18 @@ impl StageSearch<'_, '_> {
             ..cma_es::Settings::new(start.clone(), seed, budget)
         };
         match stage.method {
-            Method::CmaEs => AnyMinimiser::CmaEs(Box::new(CmaEs::new(cma_es))),
-            Method::Bipop => AnyMinimiser::Bipop(Box::new(Bipop::new(cma_es))),
-            Method::Coordinate => {
-                AnyMinimiser::Coordinate(Box::new(CoordinateSearch::new(coordinate::Settings {
-                    start,
-                    step: stage.step,
-                    smallest_step: MIN_STEP,
-                    max_evaluations: budget,
-                })))
-            }
+            Method::CmaEs => Box::new(CmaEs::new(cma_es)),
+            Method::Bipop => Box::new(Bipop::new(cma_es)),
+            Method::Coordinate => Box::new(CoordinateSearch::new(coordinate::Settings {
+                start,
+                step: stage.step,
+                smallest_step: MIN_STEP,
+                max_evaluations: budget,
+            })),
             // The front has a loop of its own.
-            Method::Random | Method::Nsga2 => AnyMinimiser::Random(Box::new(RandomSearch::new(
-                start.len(),
-                stage.population,
-                seed,
-                budget,
-            ))),
+            Method::Random | Method::Nsga2 => {
+                Box::new(RandomSearch::new(start.len(), stage.population, seed, budget))
+            }
         }
     }
 
@@ -339,20 +315,23 @@ impl StageSearch<'_, '_> {
         let mut final_candidates: Vec<FinalCandidate> = candidates
             .iter()
             .zip(found)
-            .map(|(candidate, (point, run, search_value))| FinalCandidate {
-                point,
-                run,
-                search_value,
-                selection_value: candidate.value(),
-                selection_error: candidate.standard_error,
-                // The value of one that misses constraints is a penalty.
-                selection_interval: candidate.interval.filter(|_| candidate.feasible),
-                feasible: candidate.feasible,
-                misses: self.evaluator.objective.missed(&candidate.figures),
+            .map(|(candidate, (point, run, search_value))| {
+                let entry = FinalCandidateEntry {
+                    run,
+                    in_search: Some(search_value).filter(|value| *value < INFEASIBLE),
+                    value: candidate.value,
+                    standard_error: candidate.standard_error,
+                    // The value of one that misses constraints is a penalty.
+                    interval: candidate.interval.filter(|_| candidate.feasible),
+                    feasible: candidate.feasible,
+                    misses: self.evaluator.objective.missed(&candidate.figures),
+                };
+                (point, entry)
             })
             .collect();
-        final_candidates.sort_by(|a, b| a.selection_value.total_cmp(&b.selection_value));
-        if final_candidates.iter().all(|f| f.selection_value.is_infinite()) {
+        let value = |(_, one): &FinalCandidate| one.value.unwrap_or(f64::INFINITY);
+        final_candidates.sort_by(|a, b| value(a).total_cmp(&value(b)));
+        if final_candidates.iter().all(|(_, one)| one.value.is_none()) {
             let why = state.result.refusals.first();
             let why = why.map_or_else(|| "nothing was traced".to_owned(), |(why, _)| why.clone());
             bail!(
@@ -418,13 +397,21 @@ impl SearchState {
         let best = generation.candidates.into_iter();
         let best = best.min_by(|a, b| a.value().total_cmp(&b.value()));
         let best = best.filter(|candidate| candidate.value.is_some());
-        if let Some(best) = &best {
-            let nearer = result.nearest.as_ref();
-            if nearer.is_none_or(|known| best.value() < known.value()) {
-                result.nearest = Some(best.clone());
-            }
+        let GenerationEnd { generation: number, candidates, paths, noise, .. } = generation.end;
+        result.generations.push(GenerationEntry {
+            generation: number,
+            candidates,
+            paths,
+            best: best.as_ref().and_then(|best| best.value),
+            standard_error: best.as_ref().and_then(|best| best.standard_error),
+            feasible: best.as_ref().is_some_and(|best| best.feasible),
+            noise,
+        });
+        if let Some(best) = best
+            && result.nearest.as_ref().is_none_or(|known| best.value() < known.value())
+        {
+            result.nearest = Some(best);
         }
-        result.generations.push((generation.end, best));
     }
 }
 
@@ -433,44 +420,16 @@ fn words(why: &str) -> String {
     why.chars().filter(|c| !c.is_ascii_digit() && !".-".contains(*c)).collect()
 }
 
-/// The searches, each with what it leaves to choose from.
-enum AnyMinimiser {
-    CmaEs(Box<CmaEs>),
-    Bipop(Box<Bipop>),
-    Coordinate(Box<CoordinateSearch>),
-    Random(Box<RandomSearch>),
-}
-
-impl AnyMinimiser {
-    fn as_dyn(&mut self) -> &mut dyn Minimiser {
-        match self {
-            Self::CmaEs(search) => search.as_mut(),
-            Self::Bipop(search) => search.as_mut(),
-            Self::Coordinate(search) => search.as_mut(),
-            Self::Random(search) => search.as_mut(),
-        }
-    }
-
-    /// Mean of the last distribution and best candidate of every run, with the best value.
-    fn found(&mut self, run: usize) -> Vec<(Point, usize, f64)> {
-        if let Self::Bipop(search) = self {
-            let points = |run: bipop::Run, number: usize| {
-                let mut points = vec![run.favourite];
-                if run.best_point != points[0] {
-                    points.push(run.best_point);
-                }
-                points.into_iter().map(move |point| (point, number, run.best_value))
-            };
-            let runs = search.runs().into_iter().zip(run..);
-            return runs.flat_map(|(run, number)| points(run, number)).collect();
-        }
-        let search = self.as_dyn();
-        let best = search.best().cloned();
+/// Mean of the last distribution and best candidate of every run, with the best value.
+fn found(search: &dyn Minimiser, run: usize) -> Vec<(Point, usize, f64)> {
+    let mut found = Vec::new();
+    for (number, (favourite, best)) in (run..).zip(search.found()) {
         let value = best.as_ref().map_or(f64::INFINITY, |best| best.value);
-        let mut points = vec![search.favourite()];
-        points.extend(best.map(|best| best.point).filter(|p| *p != points[0]));
-        points.into_iter().map(|point| (point, run, value)).collect()
+        let best = best.map(|best| best.point).filter(|point| *point != favourite);
+        let points = [Some(favourite), best].into_iter().flatten();
+        found.extend(points.map(|point| (point, number, value)));
     }
+    found
 }
 
 #[cfg(test)]

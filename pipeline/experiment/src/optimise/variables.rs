@@ -214,21 +214,15 @@ impl Variables {
         })
     }
 
-    /// Names and values of the coefficients at `point`, for people.
-    fn words(&self, point: &[f64]) -> Vec<String> {
+    /// Names and values of the first coefficients at `point` for people, and how many more there are.
+    pub fn listed(&self, point: &[f64]) -> Vec<String> {
         let all = self.labels().into_iter().zip(self.ranges()).zip(point);
-        all.map(|((label, range), x)| match range {
+        let more = point.len().saturating_sub(LISTED);
+        let words = all.take(LISTED).map(|((label, range), x)| match range {
             Range::Choices(_) => format!("{label} = {}", range.value(*x)),
             Range::Between { .. } => format!("{label} = {}", shortest(range.number(*x))),
-        })
-        .collect()
-    }
-
-    /// The first of [`Self::words`], and how many more there are.
-    pub fn listed(&self, point: &[f64]) -> Vec<String> {
-        let mut words = self.words(point);
-        let more = words.len().saturating_sub(LISTED);
-        words.truncate(LISTED);
+        });
+        let mut words: Vec<String> = words.collect();
         words.extend((more > 0).then(|| format!("{more} more")));
         words
     }

@@ -244,12 +244,12 @@ fn tasks(study: &Study, seed: u64) -> Vec<TraceTask> {
             let mut add = |dome, probes| {
                 tasks.push(TraceTask::new(study, (setup, number), dome, probes, seed));
             };
-            for &model in &study.models {
+            for &model in &study.file.models {
                 add(DomeChoice::Model(model), 0..0);
             }
             let mut begin = 0;
-            while let Some(first) = study.probes.get(begin) {
-                let same = study.probes[begin..]
+            while let Some(first) = study.file.probes.get(begin) {
+                let same = study.file.probes[begin..]
                     .iter()
                     .take_while(|p| (&p.design, p.element) == (&first.design, first.element))
                     .count();
@@ -272,12 +272,12 @@ impl TraceTask {
         seed: u64,
     ) -> Self {
         let design = &study.setups[setup].1[number];
-        let of_element = &study.probes[probes.clone()];
+        let of_element = &study.file.probes[probes.clone()];
         // Short runs are cut from traces of models alone.
         let (kind, element, model, short_runs, traces) = match dome {
             DomeChoice::Model(model) => {
-                let runs = study.short_runs.as_slice();
-                (model, None, model.key(design), runs, study.short_run_traces)
+                let runs = study.file.short_runs.as_slice();
+                (model, None, model.key(design), runs, study.file.short_run_traces)
             }
             DomeChoice::Element(element) => {
                 (Model::Geometric, Some(element), of_element[0].place(), &[][..], 1)
@@ -358,7 +358,7 @@ impl TraceTask {
             let wanted = |key: &str| is_main(key) || besides.contains(key);
             return observation.estimated_replicates(design, wanted);
         }
-        let probes = study.probes[self.probes.clone()].iter().map(|probe| {
+        let probes = study.file.probes[self.probes.clone()].iter().map(|probe| {
             let share = |powers: &[f64]| -> f64 {
                 let ranges = probe.ranges_deg.iter();
                 ranges.map(|List([from, to])| observation.sphere.share(powers, *from, *to)).sum()
@@ -374,7 +374,7 @@ impl TraceTask {
     /// Short runs cut from an observation of a model.
     fn short_runs(&self, study: &Study, observation: &Observation) -> Vec<ShortRuns> {
         let asked = match self.dome {
-            DomeChoice::Model(_) => study.short_runs.as_slice(),
+            DomeChoice::Model(_) => study.file.short_runs.as_slice(),
             DomeChoice::Element(_) => &[],
         };
         let runs = |&paths: &u64| {

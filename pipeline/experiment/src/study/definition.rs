@@ -8,10 +8,10 @@ use anyhow::{Context, Result, bail, ensure};
 
 use design::Design;
 use files::provenance::FileRecord;
-use simulate::model::Model;
+use results::study::LeftOutEntry;
 
 use super::checks;
-use super::file::{Level, Probe, StudyFile};
+use super::file::{Level, StudyFile};
 use super::setups::{self, FactorLevels, Setup};
 use super::targets::Targets;
 use crate::checked_file::{CheckedFile, Texts};
@@ -20,24 +20,14 @@ use crate::design_file::DesignFile;
 /// A checked study.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// Short name.
-    pub name: String,
-    /// One line for people.
-    pub description: String,
-    /// Models of each design.
-    pub models: Vec<Model>,
+    /// Keys of its file, of which the designs below hold paths and settings.
+    pub file: StudyFile,
     /// Factors and their levels.
     pub factors: Vec<FactorLevels>,
     /// Set-ups with the designs they make, the base first.
     pub setups: Vec<(Setup, Vec<Design>)>,
     /// Set-ups without a valid design, and why.
-    pub impossible: Vec<(String, String)>,
-    /// Paths of short runs.
-    pub short_runs: Vec<u64>,
-    /// Traces of each model that short runs are cut from.
-    pub short_run_traces: u64,
-    /// Probes of single elements.
-    pub probes: Vec<Probe>,
+    pub impossible: Vec<LeftOutEntry>,
     /// Target figures.
     pub targets: Targets,
     /// Files that went in.
@@ -87,25 +77,11 @@ fn check(mut head: CheckedFile<StudyFile>, paths: Option<u64>) -> Result<Study> 
     for design in setups.iter().flat_map(|(_, designs)| designs) {
         head.record(&design.provenance.named);
     }
-    Ok(Study {
-        name: file.name,
-        description: file.description,
-        models: file.models,
-        factors,
-        setups,
-        impossible,
-        short_runs: file.short_runs,
-        short_run_traces: file.short_run_traces,
-        probes: file.probes,
-        targets,
-        inputs: head.inputs,
-    })
+    Ok(Study { file, factors, setups, impossible, targets, inputs: head.inputs })
 }
 
 /// Set-ups with their designs.
 type Possible = Vec<(Setup, Vec<Design>)>;
-/// Set-ups without a valid design, with the reason.
-type Impossible = Vec<(String, String)>;
 
 /// The designs of every set-up; set-ups without valid designs apart.
 fn designs(
@@ -113,8 +89,8 @@ fn designs(
     factors: &[FactorLevels],
     sources: &[DesignFile],
     paths: Option<u64>,
-) -> Result<(Possible, Impossible)> {
-    let (mut possible, mut impossible) = (Possible::new(), Impossible::new());
+) -> Result<(Possible, Vec<LeftOutEntry>)> {
+    let (mut possible, mut impossible) = (Possible::new(), Vec::new());
     for setup in setups::setups(file, factors)? {
         if paths.is_some() {
             let key = "trace.paths";
@@ -143,7 +119,7 @@ fn designs(
                 possible.push((setup, designs));
             }
             Err(why) if file.skip_impossible && !possible.is_empty() => {
-                impossible.push((setup.name, format!("{why:#}")));
+                impossible.push(LeftOutEntry { setup: setup.name, why: format!("{why:#}") });
             }
             Err(why) => return Err(why.context(format!("set-up {:?}", setup.name))),
         }

@@ -138,8 +138,6 @@ pub struct StudyResults<'a> {
 
 /// A figure with a target that a set-up has not.
 pub struct AbsentFigure<'a> {
-    /// Number of the set-up.
-    pub setup: usize,
     /// Design and model.
     pub place: &'a TraceId,
     /// Name of the figure.
@@ -152,8 +150,6 @@ pub struct AbsentFigure<'a> {
 
 /// One line of the tidy table.
 pub struct FigureRow<'a> {
-    /// Set-up.
-    pub setup: &'a str,
     /// Design and model.
     pub place: &'a TraceId,
     /// Name of the figure.
@@ -197,7 +193,7 @@ impl StudyResults<'_> {
             let designs = &self.study.setups[index].1;
             let design = designs.iter().find(|design| design.name == place.design);
             let why = design.map_or_else(String::new, |design| why_absent(design, figure));
-            AbsentFigure { setup: index, place, figure, target, why }
+            AbsentFigure { place, figure, target, why }
         })
     }
 
@@ -217,14 +213,12 @@ impl StudyResults<'_> {
 
     /// Every figure of set-up `index`.
     pub fn lines(&self, index: usize) -> impl Iterator<Item = FigureRow<'_>> {
-        let setup = self.study.setups[index].0.name.as_str();
         let designs = &self.study.setups[index].1;
         self.found[index].iter().flat_map(move |(place, judged)| {
             let design = designs.iter().find(|design| design.name == place.design);
             let unit = move |key: &str| design.map_or(named(key).1, |design| unit_of(design, key));
             let is_compared = move |key: &str| index > 0 && self.is_comparable(index, place, key);
             judged.figures.iter().map(move |(name, figure)| FigureRow {
-                setup,
                 place,
                 figure: name,
                 unit: unit(name),
@@ -357,22 +351,20 @@ impl StudyResults<'_> {
                 "tied_with_first": ranked.is_tied(),
             })
         });
-        let impossible = self.study.impossible.iter();
-        let impossible = impossible.map(|(setup, why)| json!({"setup": setup, "why": why}));
         json!({
             "schema": "batwing-study",
             "schema_version": SCHEMA_VERSION,
             "program": "batwing",
             "version": env!("CARGO_PKG_VERSION"),
-            "name": self.study.name,
-            "description": self.study.description,
+            "name": self.study.file.name,
+            "description": self.study.file.description,
             "seed": self.seed,
             "inputs": self.study.inputs,
             "files": files,
             "scales": self.study.targets.scales,
             "factors": factors.collect::<Vec<_>>(),
             "setups": setups.collect::<Vec<_>>(),
-            "impossible": impossible.collect::<Vec<_>>(),
+            "impossible": self.study.impossible,
             "ranking": ranking.collect::<Vec<_>>(),
             "unranked": self.unranked(),
             "sensitivities": self.slopes(),

@@ -13,6 +13,7 @@ use files::cache::Key;
 use files::provenance::FileRecord;
 use metrics::Bounds;
 use metrics::figures::{self, Definition};
+use results::tolerance::BoundEntry;
 use simulate::model::Model;
 use simulate::observation::check_figure;
 
@@ -52,7 +53,7 @@ pub struct ToleranceAnalysis {
     /// Figures that the design must have, each with the key that asks for it.
     pub required: Vec<(String, String)>,
     /// Constraints on a package.
-    pub constraints: Vec<Constraint>,
+    pub constraints: Vec<BoundEntry>,
     /// Files that went in.
     pub inputs: Vec<FileRecord>,
 }
@@ -70,15 +71,6 @@ impl ToleranceAnalysis {
             "seed": seed,
         }))
     }
-}
-
-/// A constraint on a figure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Constraint {
-    /// Key of the figure.
-    pub figure: String,
-    /// Bounds of the figure.
-    pub bounds: Bounds,
 }
 
 /// Values by which a command replaces those of a tolerance file.
@@ -151,15 +143,13 @@ fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<T
     })
 }
 
-fn constraint(keys: &ConstraintKeys, figures: &[String]) -> Result<Constraint> {
+fn constraint(keys: &ConstraintKeys, figures: &[String]) -> Result<BoundEntry> {
     ensure!(
         figures.contains(&keys.figure),
         "figure: expected one of the reported figures, {}, got {:?}",
         figures.join(", "),
         keys.figure
     );
-    Ok(Constraint {
-        figure: keys.figure.clone(),
-        bounds: Bounds::new(keys.at_least, keys.at_most)?,
-    })
+    let Bounds { at_least, at_most } = Bounds::new(keys.at_least, keys.at_most)?;
+    Ok(BoundEntry { figure: keys.figure.clone(), at_least, at_most })
 }

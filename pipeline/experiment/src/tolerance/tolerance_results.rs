@@ -4,8 +4,8 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
+use metrics::Estimate;
 use metrics::plural::count;
-use metrics::{Bounds, Estimate};
 use results::figure_entry::{COLUMNS, FigureEntry};
 use results::schema::Program;
 use results::shown;
@@ -17,9 +17,9 @@ use results::tolerance::{
 use simulate::observation::{unit_in_files, unit_of};
 
 use super::compute::{NoisyValues, Sampled, scatter as of_paths};
-use super::definition::{Constraint, ToleranceAnalysis};
+use super::definition::ToleranceAnalysis;
 use super::sample_tracer::Figures;
-use super::statistics::{Contribution, Scatter, contributions, scatter, share, without_noise};
+use super::statistics::{Scatter, contributions, scatter, share, without_noise};
 
 /// Packages of a distribution that are kept for its picture.
 const DRAWN: usize = 500;
@@ -28,21 +28,6 @@ const NEAR: f64 = 2.0;
 /// Contributors that are listed for people.
 const LISTED: usize = 6;
 
-/// Statistics of one figure.
-#[derive(Debug, Clone, PartialEq)]
-pub struct FigureStatistics {
-    /// Key of the figure.
-    pub key: String,
-    /// Without deviations.
-    pub nominal: FigureEntry,
-    /// Over the samples.
-    pub scatter: Scatter,
-    /// Mean of the samples less the nominal value.
-    pub shift: FigureEntry,
-    /// Contributions to the scatter, with the share that no straight line explains.
-    pub contributions: Option<(Vec<Contribution>, Estimate)>,
-}
-
 /// Everything that one analysis found.
 #[derive(Debug, Clone)]
 pub struct ToleranceResults<'a> {
@@ -50,15 +35,16 @@ pub struct ToleranceResults<'a> {
     pub analysis: &'a ToleranceAnalysis,
     /// Figures of its traces.
     pub sampled: &'a Sampled,
-    /// By figure, in the order of the file.
-    pub figures: Vec<FigureStatistics>,
+    /// By key, in the order of the file.
+    figures: Vec<(String, ToleranceFigureEntry)>,
 }
 
 impl<'a> ToleranceResults<'a> {
     /// Statistics of all figures that every sample has.
     pub fn new(analysis: &'a ToleranceAnalysis, sampled: &'a Sampled) -> Self {
         let figures = analysis.figures.iter();
-        let figures = figures.filter_map(|key| statistics(analysis, sampled, key));
+        let figures =
+            figures.filter_map(|key| Some((key.clone(), statistics(analysis, sampled, key)?)));
         Self { analysis, sampled, figures: figures.collect() }
     }
 
@@ -70,7 +56,7 @@ impl<'a> ToleranceResults<'a> {
             constraints.iter().all(|constraint| {
                 figures
                     .get(&constraint.figure)
-                    .is_some_and(|e| constraint.bounds.miss(e.value, 0.0) <= 0.0)
+                    .is_some_and(|e| constraint.bounds().miss(e.value, 0.0) <= 0.0)
             })
         };
         let samples = &self.sampled.samples;
@@ -100,7 +86,7 @@ impl<'a> ToleranceResults<'a> {
         let all = samples().count();
         let asked = |key: &String| self.analysis.required.iter().any(|(_, figure)| figure == key);
         let keys = self.analysis.figures.iter();
-        let keys = keys.filter(|key| self.figures.iter().all(|found| found.key != **key));
+        let keys = keys.filter(|key| self.figure(key).is_none());
         let one = |key: &String| {
             let count = samples().filter(|figures| figures.contains_key(key)).count();
             let why = format!("can be read from {count} of {all} packages");
@@ -110,31 +96,28 @@ impl<'a> ToleranceResults<'a> {
     }
 
     /// Reason why noise decides which packages meet `constraint`, if it does.
-    fn undecided(&self, constraint: &Constraint) -> Option<String> {
+    fn undecided(&self, constraint: &BoundEntry) -> Option<String> {
         let key = &constraint.figure;
-        let found = self.figures.iter().find(|figure| figure.key == *key);
-        let Some((figure, NoisyValues { values, .. })) = found.zip(self.sampled.values(key)) else {
+        let found = self.figure(key).zip(self.sampled.values(key));
+        let Some((figure, NoisyValues { values, .. })) = found else {
             return self.unread().get(key).map(|why| format!("{key} {why}"));
         };
-        let Bounds { at_least, at_most } = constraint.bounds;
         let is_near = |e: &&Estimate| {
             let near = |bound: f64| (e.value - bound).abs() < NEAR * e.standard_error;
-            [at_least, at_most].into_iter().flatten().any(near)
+            [constraint.at_least, constraint.at_most].into_iter().flatten().any(near)
         };
-        let (scatter, near) = (&figure.scatter, values.iter().filter(is_near).count());
+        let (noise, near) = (figure.noise_of_a_trace, values.iter().filter(is_near).count());
         let unit = unit_of(&self.analysis.design, key);
-        let exceeds = scatter.below.is_some() || scatter.noise > scatter.deviation.value;
+        let exceeds = figure.deviation.is_none_or(|deviation| noise > deviation.value);
         (exceeds && near > 0).then(|| {
             format!(
                 "the noise of a trace of {key}, {}, {}, and {near} of {} lie within {NEAR} \
                  standard errors of the bound; take more paths",
-                shown::spread(scatter.noise, unit),
-                if scatter.below.is_some() {
-                    "hides its scatter".to_owned()
-                } else {
-                    let scatter = shown::difference(scatter.deviation, unit);
-                    format!("exceeds its scatter, {scatter}")
-                },
+                shown::spread(noise, unit),
+                figure.deviation.map_or_else(
+                    || "hides its scatter".to_owned(),
+                    |scatter| format!("exceeds its scatter, {}", shown::difference(scatter, unit)),
+                ),
                 count(values.len(), "package"),
             )
         })
@@ -149,18 +132,9 @@ impl<'a> ToleranceResults<'a> {
     /// The content of `tolerance.json`, without the files that came out.
     pub fn to_file(&self, seed: u64) -> ToleranceResultsFile {
         let analysis = self.analysis;
-        let figures = self.figures.iter().map(|f| (f.key.clone(), self.entry(f)));
-        let constraints = analysis.constraints.iter().map(|constraint| BoundEntry {
-            figure: constraint.figure.clone(),
-            at_least: constraint.bounds.at_least,
-            at_most: constraint.bounds.at_most,
-        });
         ToleranceResultsFile {
             schema_version: SCHEMA_VERSION,
-            program: Program {
-                name: "batwing".to_owned(),
-                version: env!("CARGO_PKG_VERSION").to_owned(),
-            },
+            program: Program::this(),
             name: analysis.name.clone(),
             description: analysis.description.clone(),
             design: analysis.design.name.clone(),
@@ -170,9 +144,9 @@ impl<'a> ToleranceResults<'a> {
             seed,
             inputs: analysis.inputs.clone(),
             files: Vec::new(),
-            tolerances: self.names().into_iter().map(str::to_owned).collect(),
-            figures: figures.collect(),
-            constraints: constraints.collect(),
+            tolerances: names(analysis).into_iter().map(str::to_owned).collect(),
+            figures: self.figures.iter().cloned().collect(),
+            constraints: analysis.constraints.clone(),
             yielded: self.yielded(),
             distribution: self.distribution(),
             unread: self.unread(),
@@ -180,42 +154,12 @@ impl<'a> ToleranceResults<'a> {
         }
     }
 
-    fn entry(&self, figure: &FigureStatistics) -> ToleranceFigureEntry {
-        let names = self.names();
-        let is_resolved = figure.scatter.below.is_none();
-        let quantiles = figure.scatter.quantiles.iter().filter(|_| is_resolved);
-        let quantiles = quantiles.map(|(level, quantile)| QuantileEntry {
-            level: *level,
-            value: quantile.value,
-            standard_error: quantile.standard_error,
-        });
-        let contributions = figure.contributions.as_ref().map(|(parts, rest)| {
-            let parts = parts.iter().map(|part| ContributionEntry {
-                tolerance: names[part.tolerance].to_owned(),
-                share: part.share,
-                change_per_deviation: part.slope,
-            });
-            ContributionsEntry { by_tolerance: parts.collect(), unexplained: *rest }
-        });
-        ToleranceFigureEntry {
-            unit: unit_in_files(&self.analysis.design, &figure.key),
-            nominal: figure.nominal,
-            mean: figure.scatter.mean,
-            shift: figure.shift,
-            deviation: is_resolved.then_some(figure.scatter.deviation),
-            deviation_below: figure.scatter.below,
-            noise_of_a_trace: figure.scatter.noise,
-            quantiles: quantiles.collect(),
-            contributions,
-        }
-    }
-
     /// The distribution of the first figure over the packages, without the noise of the traces;
     /// none where it has no scatter.
     fn distribution(&self) -> Option<DistributionEntry> {
-        let first = self.figures.first()?;
-        let (.., sorted) = without_noise(&self.sampled.values(&first.key)?.values);
-        if first.scatter.below.is_some() {
+        let (key, first) = self.figures.first()?;
+        let (.., sorted) = without_noise(&self.sampled.values(key)?.values);
+        if first.deviation.is_none() {
             return None;
         }
         let packages = sorted.len();
@@ -227,22 +171,22 @@ impl<'a> ToleranceResults<'a> {
         let last = packages - 1;
         let drawn = shares.enumerate().filter(|(k, _)| k % stride == 0 || *k == last);
         Some(DistributionEntry {
-            figure: first.key.clone(),
+            figure: key.clone(),
             packages,
             shares: drawn.map(|(_, share)| share).collect(),
         })
     }
 
-    fn names(&self) -> Vec<&str> {
-        let tolerances = self.analysis.deviations.tolerances.iter();
-        tolerances.map(|tolerance| tolerance.name.as_str()).collect()
+    /// Statistics of the figure under `key`.
+    fn figure(&self, key: &str) -> Option<&ToleranceFigureEntry> {
+        self.figures.iter().find(|(known, _)| known == key).map(|(_, figure)| figure)
     }
 
     /// Headings of the table of samples.
     pub fn headings(&self) -> Vec<String> {
         let first = self.sampled.samples.first();
         let offsets = first.into_iter().flat_map(|sample| &sample.offsets);
-        let names = self.names();
+        let names = names(self.analysis);
         let offsets = offsets.map(|offset| {
             let name = names[offset.tolerance];
             if name == offset.place { name.to_owned() } else { format!("{name} {}", offset.place) }
@@ -282,18 +226,17 @@ impl<'a> ToleranceResults<'a> {
             );
         };
         row("figure", ["nominal", "mean shift", "deviation", "noise", "5 %", "95 %"]);
-        for f in &self.figures {
-            let FigureRow { nominal, shift, deviation, noise, quantiles } =
-                self.entry(f).row(&f.key);
+        for (key, figure) in &self.figures {
+            let FigureRow { nominal, shift, deviation, noise, quantiles } = figure.row(key);
             let unresolved = "not resolved";
             let ends = [quantiles.first(), quantiles.last()];
             let [low, high] = ends.map(|end| end.map_or(unresolved, |(_, text)| text));
             let deviation = deviation.as_deref().unwrap_or(unresolved);
-            row(&f.key, [&nominal, &shift, deviation, &noise, low, high]);
+            row(key, [&nominal, &shift, deviation, &noise, low, high]);
         }
-        let bounded = self.figures.iter().filter_map(|f| {
-            let unit = unit_of(&self.analysis.design, &f.key);
-            Some(format!("{} {}", f.key, shown::spread(f.scatter.below?, unit)))
+        let bounded = self.figures.iter().filter_map(|(key, figure)| {
+            let unit = unit_of(&self.analysis.design, key);
+            Some(format!("{key} {}", shown::spread(figure.deviation_below?, unit)))
         });
         if let Some(unseen) = unseen(&bounded.collect::<Vec<_>>()) {
             let _ = writeln!(text, "{unseen}");
@@ -307,30 +250,36 @@ impl<'a> ToleranceResults<'a> {
         if let Some(why) = self.failed().first() {
             let _ = writeln!(text, "{} without a design, such as: {why}", self.failed().len());
         }
-        let names = self.names();
-        let main = self.figures.first().and_then(|f| Some((&f.key, f.contributions.as_ref()?)));
-        if let Some((key, (parts, rest))) = main {
+        let main = self.figures.first();
+        let main = main.and_then(|(key, figure)| Some((key, figure.contributions.as_ref()?)));
+        if let Some((key, ContributionsEntry { by_tolerance, unexplained })) = main {
             let _ = writeln!(text, "\nshare of the variance of {key}:");
-            let mut parts: Vec<&Contribution> = parts.iter().collect();
+            let mut parts: Vec<&ContributionEntry> = by_tolerance.iter().collect();
             parts.sort_by(|a, b| b.share.value.total_cmp(&a.share.value));
             for part in parts.into_iter().take(LISTED) {
                 let share = share_words(part.share);
-                let _ = writeln!(text, "  {:<26} {share:>16}", names[part.tolerance]);
+                let _ = writeln!(text, "  {:<26} {share:>16}", part.tolerance);
             }
-            let _ = writeln!(text, "  {:<26} {:>16}", "not by straight lines", share_words(*rest));
+            let rest = share_words(*unexplained);
+            let _ = writeln!(text, "  {:<26} {rest:>16}", "not by straight lines");
         }
         text
     }
+}
+
+/// Names of the tolerances.
+fn names(analysis: &ToleranceAnalysis) -> Vec<&str> {
+    analysis.deviations.tolerances.iter().map(|tolerance| tolerance.name.as_str()).collect()
 }
 
 fn statistics(
     analysis: &ToleranceAnalysis,
     sampled: &Sampled,
     key: &str,
-) -> Option<FigureStatistics> {
+) -> Option<ToleranceFigureEntry> {
     let nominal = *sampled.nominal.get(key)?;
     let found = sampled.values(key)?;
-    let mut scatter = scatter(&found)?;
+    let Scatter { mut mean, deviation, below, noise, mut quantiles } = scatter(&found)?;
     let independent = |sample: &super::compute::SampledPackage| -> (Vec<usize>, Vec<f64>) {
         let columns = analysis.deviations.independent(&sample.offsets);
         let columns = columns.into_iter();
@@ -342,10 +291,7 @@ fn statistics(
     // What is taken off holds the nominal value too, which drops out of the shift.
     let bias_error = sampled.reading_bias.get(key).map_or(0.0, |e| e.standard_error);
     let of_nominal = (bias_error.powi(2) - of_paths(&nominal).powi(2)).abs().sqrt();
-    let shift = Estimate::new(
-        scatter.mean.value - nominal.value,
-        scatter.mean.standard_error.hypot(of_nominal),
-    );
+    let shift = Estimate::new(mean.value - nominal.value, mean.standard_error.hypot(of_nominal));
     // Peaks lie anywhere in their bins, those of the samples and that of the design.
     let width = nominal.interval.filter(|_| nominal.is_bin()).map(|[low, high]| high - low);
     let shift = FigureEntry {
@@ -354,16 +300,36 @@ fn statistics(
         peak_place: nominal.peak_place,
         ..FigureEntry::new(shift)
     };
-    let quantiles = scatter.quantiles.iter_mut().map(|(_, quantile)| quantile);
-    for estimate in quantiles.chain([&mut scatter.mean]) {
+    for estimate in quantiles.iter_mut().map(|(_, quantile)| quantile).chain([&mut mean]) {
         estimate.standard_error = estimate.standard_error.hypot(bias_error);
     }
-    Some(FigureStatistics {
-        key: key.to_owned(),
+    let is_resolved = below.is_none();
+    let quantiles = quantiles.into_iter().filter(|_| is_resolved);
+    let quantiles = quantiles.map(|(level, quantile)| QuantileEntry {
+        level,
+        value: quantile.value,
+        standard_error: quantile.standard_error,
+    });
+    let names = names(analysis);
+    let contributions = contributions(&found.values, &inputs, &groups);
+    let contributions = contributions.filter(|_| names.len() > 1 && is_resolved);
+    let contributions = contributions.map(|(parts, unexplained)| {
+        let parts = parts.into_iter().map(|part| ContributionEntry {
+            tolerance: names[part.tolerance].to_owned(),
+            share: part.share,
+            change_per_deviation: part.slope,
+        });
+        ContributionsEntry { by_tolerance: parts.collect(), unexplained }
+    });
+    Some(ToleranceFigureEntry {
+        unit: unit_in_files(&analysis.design, key),
         nominal,
+        mean,
         shift,
-        contributions: contributions(&found.values, &inputs, &groups)
-            .filter(|_| analysis.deviations.tolerances.len() > 1 && scatter.below.is_none()),
-        scatter,
+        deviation: is_resolved.then_some(deviation),
+        deviation_below: below,
+        noise_of_a_trace: noise,
+        quantiles: quantiles.collect(),
+        contributions,
     })
 }
