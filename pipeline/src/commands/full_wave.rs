@@ -140,11 +140,7 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     let theta = Quantity::new("theta", Unit::Degree);
     csv::write_curves_csv(&path(TABLE), &theta, &quantity(), &curves(&file)?)?;
     write_bytes(&path(PICTURE), &far_field_picture(&file)?.png()?)?;
-    let record = |name: &str| -> Result<FileRecord> {
-        let bytes = std::fs::read(path(name))
-            .with_context(|| format!("cannot read `{}` again", path(name).display()))?;
-        Ok(FileRecord::new(name, &bytes))
-    };
+    let record = |name| FileRecord::of_output(&arguments.out, name);
     let mut json = describe(&[record(TABLE)?, record(PICTURE)?]);
     json["verdict"] = file.verdict().into();
     if arguments.separate {
