@@ -59,14 +59,11 @@ struct Dense<T> {
     values: Vec<T>,
 }
 
-/// Values of a half-space, `size` for each direction and order, from lists of orders.
-fn dense<T: Clone, V>(
+/// Values of a half-space, four for each direction and order, from lists of orders.
+fn dense<T: Copy + Default>(
     all: &[DirectionOrders],
-    list: impl Fn(&DirectionOrders) -> &[(Side, i32, V)],
+    list: impl Fn(&DirectionOrders) -> &[(Side, i32, [[T; 2]; 2])],
     half_space: Side,
-    size: usize,
-    zero: T,
-    put: impl Fn(&V, &mut dyn FnMut(usize, T)),
 ) -> Dense<T> {
     let there = || {
         let orders = all.iter().flat_map(&list);
@@ -76,47 +73,20 @@ fn dense<T: Clone, V>(
         return Dense { first: 0, orders: 0, values: Vec::new() };
     };
     let orders = (last - first + 1) as usize;
-    let mut values = vec![zero; all.len() * orders * size];
+    let mut values = vec![T::default(); all.len() * orders * 4];
     for (direction, found) in all.iter().enumerate() {
         for (number, order, value) in list(found) {
             if *number == half_space {
-                let at = (direction * orders + (order - first) as usize) * size;
-                put(value, &mut |i, v| values[at + i] = v);
+                let at = (direction * orders + (order - first) as usize) * 4;
+                values[at..at + 4].copy_from_slice(value.as_flattened());
             }
         }
     }
     Dense { first, orders, values }
 }
 
-fn efficiencies(all: &[DirectionOrders], half_space: Side) -> Dense<f64> {
-    dense(
-        all,
-        |o| &o.efficiencies,
-        half_space,
-        4,
-        0.0,
-        |value, put| {
-            for (i, v) in value.iter().flatten().enumerate() {
-                put(i, *v);
-            }
-        },
-    )
-}
-
-fn jones(all: &[DirectionOrders], half_space: Side) -> Dense<Complex64> {
-    let zero = Complex64::ZERO;
-    dense(
-        all,
-        |o| &o.jones,
-        half_space,
-        4,
-        zero,
-        |value, put| {
-            for (i, v) in value.iter().flatten().enumerate() {
-                put(i, *v);
-            }
-        },
-    )
+fn efficiencies(all: &[DirectionOrders]) -> [Dense<f64>; 2] {
+    Side::BOTH.map(|half_space| dense(all, |o| &o.efficiencies, half_space))
 }
 
 impl<T: numpy::Element> Dense<T> {
@@ -207,10 +177,9 @@ type Halves =
 
 fn halves(solved: &SolvedDirections, jones: bool, at: &Resolution, error: Option<f64>) -> Halves {
     let all = &solved.orders;
-    let efficiencies = Side::BOTH.map(|half_space| efficiencies(all, half_space));
-    let matrices = jones.then(|| Side::BOTH.map(|half_space| self::jones(all, half_space)));
+    let matrices = jones.then(|| Side::BOTH.map(|half_space| dense(all, |o| &o.jones, half_space)));
     let resolution = (at.truncation.highest(), at.plan.count(), error);
-    (efficiencies, matrices, solved.balance, solved.problems, resolution)
+    (efficiencies(all), matrices, solved.balance, solved.problems, resolution)
 }
 
 fn views(values: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
@@ -394,8 +363,7 @@ impl Interface {
                 }
                 all.push(orders);
             }
-            let halves = Side::BOTH.map(|half_space| efficiencies(&all, half_space));
-            Ok((from_top, kx, ky, halves, solved.worst_balance, solved.problems))
+            Ok((from_top, kx, ky, efficiencies(&all), solved.worst_balance, solved.problems))
         };
         let (from_top, kx, ky, [upper, lower], balance, problems) = job::run(py, threads, work)?;
         let count = kx.len();
