@@ -17,11 +17,8 @@ use pyo3::types::PyBytes;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
-use rcwa::Truncation;
 use rcwa::accuracy::converge_hemisphere;
-use rcwa::hemisphere::{
-    Directions, Hemisphere, Incidence, Resolution as SolverResolution, hemisphere,
-};
+use rcwa::hemisphere::{Directions, Hemisphere, Incidence, hemisphere};
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 
 use design::resolved::incidence_grid::{FIRST_KX, MAX_KX, MAX_KY, first_ky};
@@ -35,7 +32,7 @@ use simulate::tables::efficiency_rows;
 
 use crate::errors::to_python;
 use crate::job::{self, Job};
-use crate::rcwa::{Interface, array};
+use crate::rcwa::{Interface, array, resolution};
 
 /// Directions that share one stream of random numbers.
 const CHUNK: usize = 4096;
@@ -121,9 +118,9 @@ impl Surface {
     /// The bytes of the native format.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let mut bytes = Vec::new();
-        let written = || -> anyhow::Result<()> { Ok(native::write(self.orders()?, &mut bytes)?) };
-        let mut written = written;
-        written().map_err(|error| to_python(py, &error))?;
+        self.orders()
+            .and_then(|table| Ok(native::write(table, &mut bytes)?))
+            .map_err(|error| to_python(py, &error))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -330,11 +327,7 @@ fn build(
     anyhow::ensure!(lossless, "grating: expected half-spaces without loss, got an absorbing one");
     let (resolution, estimated_error) = match request.resolution {
         None => converge_hemisphere(interface, request.tolerance, &watch)?,
-        Some((orders, slices)) => {
-            let plan = interface.relief.slice_plan(slices);
-            let truncation = Truncation::new(orders)?;
-            (SolverResolution { truncation, plan }, f64::NAN)
-        }
+        Some((orders, slices)) => (resolution(interface, orders, slices)?, 0.0),
     };
     let [n_inner, n_outer] = [interface.n_top.re, interface.n_bottom.re];
     let mut grid = Grid {
@@ -367,7 +360,7 @@ fn build(
         length_unit: "um".to_owned(),
         truncation: resolution.truncation.highest(),
         slices: resolution.plan.count(),
-        estimated_error: if estimated_error.is_nan() { 0.0 } else { estimated_error },
+        estimated_error,
         energy_residual: energy_residual(interface, &solved),
         ..TableHeader::default()
     };
@@ -387,7 +380,7 @@ pub fn build_table(
     ky: Option<PyReadonlyArray1<'_, f64>>,
     threads: Option<usize>,
 ) -> PyResult<Surface> {
-    let interface = interface.inner().clone();
+    let interface = interface.inner.clone();
     let ky = ky.map(|ky| ky.as_array().to_vec());
     let request = TableRequest { tolerance, resolution, kx_per_zone, ky };
     job::run(py, threads, move |job| build(&interface, &request, job)).map(Surface::of_table)

@@ -32,7 +32,8 @@ type TableResolution = (f64, Option<Resolution>);
 /// A relief between two half-spaces at one wavelength.
 #[pyclass(frozen, module = "batwing._native")]
 pub struct Interface {
-    inner: rcwa::hemisphere::Interface,
+    /// The solver's own interface.
+    pub inner: rcwa::hemisphere::Interface,
     /// The stack of the last resolution.
     last: Arc<Mutex<Option<Stacks>>>,
     /// The tolerance and the resolution that the last search over directions began with.
@@ -128,13 +129,14 @@ type Nodes<'py> = (
     usize,
 );
 
-impl Interface {
-    fn resolution(&self, orders: usize, slices: usize) -> Result<Resolution, rcwa::Error> {
-        Ok(Resolution {
-            truncation: Truncation::new(orders)?,
-            plan: self.inner.relief.slice_plan(slices),
-        })
-    }
+/// The resolution of so many orders and slices.
+pub fn resolution(
+    interface: &rcwa::hemisphere::Interface,
+    orders: usize,
+    slices: usize,
+) -> Result<Resolution, rcwa::Error> {
+    let truncation = Truncation::new(orders)?;
+    Ok(Resolution { truncation, plan: interface.relief.slice_plan(slices) })
 }
 
 /// The stacks of an interface at a number of slices, those of `last` where they are the same.
@@ -147,9 +149,7 @@ fn stacks(
     if let Some((_, stacks)) = locked().as_ref().filter(|(at, _)| *at == slices) {
         return Ok(Arc::clone(stacks));
     }
-    let resolution =
-        Resolution { truncation: Truncation::new(0)?, plan: interface.relief.slice_plan(slices) };
-    let stacks = Arc::new(interface.stacks(&resolution)?);
+    let stacks = Arc::new(interface.stacks(&resolution(interface, 0, slices)?)?);
     *locked() = Some((slices, Arc::clone(&stacks)));
     Ok(stacks)
 }
@@ -180,10 +180,6 @@ fn halves(solved: &SolvedDirections, jones: bool, at: &Resolution, error: Option
     let matrices = jones.then(|| Side::BOTH.map(|half_space| dense(all, |o| &o.jones, half_space)));
     let resolution = (at.truncation.highest(), at.plan.count(), error);
     (efficiencies(all), matrices, solved.balance, solved.problems, resolution)
-}
-
-fn views(values: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
-    values.as_array().to_vec()
 }
 
 #[pymethods]
@@ -219,16 +215,6 @@ impl Interface {
     /// True where one slice between kinks is exact.
     fn is_exact(&self) -> bool {
         self.inner.relief.slice_plan(1).is_exact()
-    }
-
-    /// True where slices follow slanted walls.
-    fn follows_walls(&self) -> bool {
-        self.inner.follows_walls()
-    }
-
-    /// Slices of a plan of about `slices`.
-    fn slice_count(&self, slices: usize) -> usize {
-        self.inner.relief.slice_plan(slices).count()
     }
 
     /// Orders and slices for a tolerance over both hemispheres, and the estimated error.
@@ -301,8 +287,7 @@ impl Interface {
                 }
                 (found.resolution, error)
             } else {
-                let truncation = Truncation::new(orders)?;
-                (Resolution { truncation, plan: interface.relief.slice_plan(slices) }, None)
+                (resolution(&interface, orders, slices)?, None)
             };
             let stacks = match tolerance {
                 None => stacks(&interface, &last, slices)?,
@@ -343,9 +328,9 @@ impl Interface {
     ) -> PyResult<Nodes<'py>> {
         let interface = self.inner.clone();
         let spacing = interface.order_spacing();
-        let directions = Directions { kx_per_zone, ky: views(&ky) };
-        let resolution = self.resolution(orders, slices).map_err(|e| to_python(py, &e.into()))?;
+        let directions = Directions { kx_per_zone, ky: ky.as_array().to_vec() };
         let work = move |job: &Job| {
+            let resolution = resolution(&interface, orders, slices)?;
             job.expect(rcwa::hemisphere::work(&interface, &directions, &resolution));
             let solved = hemisphere(&interface, &directions, &resolution, &job.watch())?;
             let mut incidences = solved.incidences;
@@ -392,7 +377,7 @@ impl Interface {
         threads: Option<usize>,
     ) -> PyResult<Field<'py>> {
         let interface = self.inner.clone();
-        let grid = Grid { x: views(&x), z: views(&z) };
+        let grid = Grid { x: x.as_array().to_vec(), z: z.as_array().to_vec() };
         let shape = [grid.z.len(), grid.x.len()];
         let work = move |job: &Job| {
             let stack = interface.stack(&interface.relief.slice_plan(slices))?;
@@ -416,13 +401,6 @@ impl Interface {
             found.reflected,
             found.transmitted,
         ))
-    }
-}
-
-impl Interface {
-    /// The solver's own interface.
-    pub fn inner(&self) -> &rcwa::hemisphere::Interface {
-        &self.inner
     }
 }
 
