@@ -159,21 +159,6 @@ fn spectrum(table: &[[f32; 2]]) -> String {
     }
 }
 
-/// The wavelengths of the rays of a file.
-#[derive(Debug, Clone, PartialEq)]
-pub enum StatedWavelengths {
-    /// Nothing.
-    Nothing,
-    /// One wavelength for all, nm.
-    One(f32),
-    /// One for each ray.
-    PerRay,
-    /// One spectrum for all: wavelength, nm, and power per nm.
-    Spectrum(Vec<[f32; 2]>),
-    /// Spectra, and for each ray the number of its own, from 1.
-    Spectra(Vec<Vec<[f32; 2]>>, Vec<f32>),
-}
-
 /// The rays of a file with their wavelengths.
 #[derive(Debug)]
 pub struct RayLight {
@@ -182,7 +167,9 @@ pub struct RayLight {
     /// True for flux in W; else in lm.
     pub radiant: bool,
     /// Their wavelengths.
-    pub stated: StatedWavelengths,
+    pub stated: HeaderWavelengths,
+    /// For each ray the number of its spectral table, from 1; NaN where it has none.
+    pub tables: Vec<f32>,
 }
 
 /// All rays of the file at `path`, with their wavelengths.
@@ -201,20 +188,12 @@ pub fn with_wavelengths(path: &Path) -> Result<RayLight> {
         *ray = scanned.scaled(*ray);
     }
     let header = scanned.header;
-    let stated = match header.wavelengths {
-        HeaderWavelengths::Nothing => StatedWavelengths::Nothing,
-        HeaderWavelengths::One(nm) => StatedWavelengths::One(nm),
-        HeaderWavelengths::PerRay => StatedWavelengths::PerRay,
-        HeaderWavelengths::Tables(all, false) => match all.into_iter().next() {
-            Some(table) => StatedWavelengths::Spectrum(table),
-            None => bail!(
-                "{}: expected the spectral table that the header says all rays have, got none",
-                path.display()
-            ),
-        },
-        HeaderWavelengths::Tables(all, true) => StatedWavelengths::Spectra(all, tables),
-    };
-    Ok(RayLight { rays, radiant: header.unit == "W", stated })
+    ensure!(
+        !matches!(&header.wavelengths, HeaderWavelengths::Tables(all, false) if all.is_empty()),
+        "{}: expected the spectral table that the header says all rays have, got none",
+        path.display()
+    );
+    Ok(RayLight { rays, radiant: header.unit == "W", stated: header.wavelengths, tables })
 }
 
 /// Statement of a header on wavelengths.
