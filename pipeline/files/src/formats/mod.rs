@@ -18,6 +18,7 @@
 //! | [`photometry`], [`bin_entries`], [`ray_files`], [`body`], [`mesh`] | parts that formats share |
 //! | [`csv`], [`npy`], [`exr`], [`exr_layers`] | files of results |
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
@@ -156,7 +157,7 @@ pub struct Writer {
 }
 
 /// Writes named meridians with a title into a file.
-pub type WriteMeridians = fn(&[(String, Meridian)], &str, &mut dyn Sink) -> Result<()>;
+pub type WriteMeridians = fn(&[(String, Meridian)], &str, &mut dyn Write) -> Result<()>;
 
 /// Writers by what they write.
 #[derive(Debug, Clone, Copy)]
@@ -181,7 +182,7 @@ pub enum Writes {
         /// True for formats without names, which leave out the LED box.
         single: bool,
         /// Writes them with a line about them.
-        write: fn(&[Mesh], &str, &mut dyn Sink) -> Result<()>,
+        write: fn(&[Mesh], &str, &mut dyn Write) -> Result<()>,
     },
     /// Meridians of a dome and of solids about its axis by their names, with a line about them.
     Meridians(WriteMeridians),
