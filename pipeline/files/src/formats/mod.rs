@@ -227,13 +227,14 @@ pub fn words(kinds: &[Holds]) -> String {
         let kind = *kind;
         WRITERS.iter().filter(move |writer| writer.holds() == kind).map(|writer| writer.word)
     };
-    any_of(&kinds.iter().flat_map(of_kind).collect::<Vec<_>>())
+    listed(&kinds.iter().flat_map(of_kind).collect::<Vec<_>>(), "or")
 }
 
-/// Joins to `a, b or c`.
-pub fn any_of(all: &[&str]) -> String {
-    match all {
-        [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+/// Joins to `a, b or c`, with `word` before the last.
+pub fn listed(all: &[impl AsRef<str>], word: &str) -> String {
+    let all: Vec<&str> = all.iter().map(AsRef::as_ref).collect();
+    match &all[..] {
+        [rest @ .., last] if !rest.is_empty() => format!("{} {word} {last}", rest.join(", ")),
         _ => all.concat(),
     }
 }

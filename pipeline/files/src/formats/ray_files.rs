@@ -13,8 +13,7 @@ use tracer::random;
 
 use metrics::plural::count;
 
-use super::sniff;
-use super::{READERS, Reads};
+use super::{READERS, Reads, listed, sniff};
 use crate::atomic_file::{Sink, write_atomic};
 
 /// Allowed relative difference of the sum of the rays from the flux in the header.
@@ -73,18 +72,15 @@ impl RayFormat {
         }
     }
 
-    /// Names of the formats that `chosen` takes, for messages.
-    fn names(chosen: impl Fn(&Self) -> bool) -> String {
+    /// Names of the formats of flux in lm, for messages.
+    fn with_lumens() -> String {
         let makers = READERS.iter().filter_map(|reader| match reader.reads {
-            Reads::Rays(format) if chosen(format) => {
+            Reads::Rays(format) if format.has_lumens => {
                 Some(format.name.trim_end_matches(" ray file"))
             }
             _ => None,
         });
-        match &makers.collect::<Vec<_>>()[..] {
-            [rest @ .., last] if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
-            all => all.concat(),
-        }
+        listed(&makers.collect::<Vec<_>>(), "and")
     }
 }
 
@@ -365,7 +361,7 @@ pub fn write(
     ensure!(
         about.radiant || format.has_lumens,
         "expected rays with flux in W, got lm, which is written into {} ray files alone",
-        RayFormat::names(|format| format.has_lumens)
+        RayFormat::with_lumens()
     );
     ensure!(
         about.radiant || !about.per_ray,

@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use bsdf::formats::text::utf8;
 use tracer::formats::photometric_text;
 
-use super::{READERS, Reader, any_of, endings};
+use super::{READERS, Reader, endings, listed};
 
 /// Bytes of a file that are looked at.
 const START: u64 = 1 << 16;
@@ -100,9 +100,8 @@ pub fn reader(path: &Path) -> Result<&'static Reader> {
                 Some(Guess::Other(found)) => format!("what seems to be {found}"),
                 _ => "content that is none of them".to_owned(),
             };
-            let all = endings(|_| true);
-            let all: Vec<&str> = all.iter().map(String::as_str).collect();
-            anyhow::bail!("expected a file ending in {}, got {found}", any_of(&all))
+            let all = listed(&endings(|_| true), "or");
+            anyhow::bail!("expected a file ending in {all}, got {found}")
         }
     }
 }
