@@ -296,17 +296,6 @@ impl Surface {
     }
 }
 
-/// What a table is built for.
-struct TableRequest {
-    tolerance: f64,
-    /// Orders and slices, instead of those that the tolerance takes.
-    resolution: Option<(usize, usize)>,
-    /// Nodes of kx to a zone, instead of those that the tolerance takes.
-    kx_per_zone: Option<usize>,
-    /// Nodes of ky, instead of those that the tolerance takes.
-    ky: Option<Vec<f64>>,
-}
-
 /// Largest |R + T - 1|; with loss what R + T exceeds 1 by.
 fn energy_residual(interface: &rcwa::hemisphere::Interface, solved: &Hemisphere) -> f64 {
     let inside = interface.relief.polygons().iter().map(|polygon| polygon.index);
@@ -317,16 +306,21 @@ fn energy_residual(interface: &rcwa::hemisphere::Interface, solved: &Hemisphere)
     solved.incidences.iter().map(|wave| total(wave) - 1.0).fold(0.0, f64::max)
 }
 
+/// Builds a table; orders and slices, and nodes of kx to a zone and of ky, are those that the
+/// tolerance takes where they are not given.
 fn build(
     interface: &rcwa::hemisphere::Interface,
-    request: &TableRequest,
+    tolerance: f64,
+    given: Option<(usize, usize)>,
+    kx_per_zone: Option<usize>,
+    ky: Option<Vec<f64>>,
     job: &Job,
 ) -> anyhow::Result<OrderTable> {
     let watch = job.watch();
     let lossless = [interface.n_top, interface.n_bottom].iter().all(|n| n.im == 0.0);
     anyhow::ensure!(lossless, "grating: expected half-spaces without loss, got an absorbing one");
-    let (resolution, estimated_error) = match request.resolution {
-        None => converge_hemisphere(interface, request.tolerance, &watch)?,
+    let (resolution, estimated_error) = match given {
+        None => converge_hemisphere(interface, tolerance, &watch)?,
         Some((orders, slices)) => (resolution(interface, orders, slices)?, 0.0),
     };
     let [n_inner, n_outer] = [interface.n_top.re, interface.n_bottom.re];
@@ -335,20 +329,20 @@ fn build(
         wavelength: interface.wavelength,
         index_inner: n_inner,
         index_outer: n_outer,
-        kx_per_zone: request.kx_per_zone.unwrap_or(FIRST_KX),
-        ky: Grid::ky_nodes(n_inner, n_outer, first_ky(request.tolerance)),
+        kx_per_zone: kx_per_zone.unwrap_or(FIRST_KX),
+        ky: Grid::ky_nodes(n_inner, n_outer, first_ky(tolerance)),
     };
-    let solved: Hemisphere = if let Some(ky) = &request.ky {
-        grid.ky.clone_from(ky);
+    let solved: Hemisphere = if let Some(ky) = ky {
+        grid.ky = ky;
         let directions = Directions { kx_per_zone: grid.kx_per_zone, ky: grid.ky.clone() };
         hemisphere(interface, &directions, &resolution, &watch)?
     } else {
         let request = GridRequest {
             kx_per_zone: grid.kx_per_zone,
-            max_kx: request.kx_per_zone.is_none().then_some(MAX_KX),
+            max_kx: kx_per_zone.is_none().then_some(MAX_KX),
             ky: grid.ky.clone(),
             critical_ky: grid.critical_ky(),
-            tolerance: request.tolerance,
+            tolerance,
             max_ky: MAX_KY,
         };
         let found = solve_adaptive(interface, &request, &resolution, &watch)?;
@@ -382,8 +376,8 @@ pub fn build_table(
 ) -> PyResult<Surface> {
     let interface = interface.inner.clone();
     let ky = ky.map(|ky| ky.as_array().to_vec());
-    let request = TableRequest { tolerance, resolution, kx_per_zone, ky };
-    job::run(py, threads, move |job| build(&interface, &request, job)).map(Surface::of_table)
+    let work = move |job: &Job| build(&interface, tolerance, resolution, kx_per_zone, ky, job);
+    job::run(py, threads, work).map(Surface::of_table)
 }
 
 /// Unit cell of a ring of a design: period, depth, index of the background and of the inner side,
