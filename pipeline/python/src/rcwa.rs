@@ -26,8 +26,8 @@ type Array<'py, T> = Bound<'py, numpy::PyArrayDyn<T>>;
 /// One stack, or two that are extrapolated, by the number of slices.
 type Stacks = (usize, Arc<(Stack, Option<Stack>)>);
 
-/// Tolerance and resolution of a table, where slices follow walls.
-type TableResolution = (f64, Option<Resolution>);
+/// Bits of a tolerance, and the resolution of a table, where slices follow walls.
+type TableResolution = (u64, Option<Resolution>);
 
 /// A relief between two half-spaces at one wavelength.
 #[pyclass(frozen, module = "batwing._native")]
@@ -139,36 +139,19 @@ pub fn resolution(
     Ok(Resolution { truncation, plan: interface.relief.slice_plan(slices) })
 }
 
-/// The stacks of an interface at a number of slices, those of `last` where they are the same.
-fn stacks(
-    interface: &rcwa::hemisphere::Interface,
-    last: &Mutex<Option<Stacks>>,
-    slices: usize,
-) -> Result<Arc<(Stack, Option<Stack>)>, rcwa::Error> {
+/// The value that `last` holds for `key`, or else the one that `make` gives, which it holds then.
+fn held<K: PartialEq, V: Clone>(
+    last: &Mutex<Option<(K, V)>>,
+    key: K,
+    make: impl FnOnce() -> Result<V, rcwa::Error>,
+) -> Result<V, rcwa::Error> {
     let locked = || last.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some((_, stacks)) = locked().as_ref().filter(|(at, _)| *at == slices) {
-        return Ok(Arc::clone(stacks));
+    if let Some((_, value)) = locked().as_ref().filter(|(at, _)| *at == key) {
+        return Ok(value.clone());
     }
-    let stacks = Arc::new(interface.stacks(&resolution(interface, 0, slices)?)?);
-    *locked() = Some((slices, Arc::clone(&stacks)));
-    Ok(stacks)
-}
-
-/// The resolution that a search over directions begins with, that of `table` where it is of the
-/// same tolerance.
-fn table_resolution(
-    interface: &rcwa::hemisphere::Interface,
-    table: &Mutex<Option<TableResolution>>,
-    tolerance: f64,
-    progress: &rcwa::Progress<'_>,
-) -> Result<Option<Resolution>, rcwa::Error> {
-    let locked = || table.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some((_, found)) = locked().as_ref().filter(|(at, _)| at.total_cmp(&tolerance).is_eq()) {
-        return Ok(found.clone());
-    }
-    let found = first_resolution(interface, tolerance, progress)?;
-    *locked() = Some((tolerance, found.clone()));
-    Ok(found)
+    let value = make()?;
+    *locked() = Some((key, value.clone()));
+    Ok(value)
 }
 
 /// Orders of both half-spaces as arrays, their Jones matrices, |R + T - 1|, problems, resolution.
@@ -273,12 +256,13 @@ impl Interface {
             );
             let at = if let Some(tolerance) = tolerance {
                 let watch = &job.watch();
+                let first = || first_resolution(&interface, tolerance, watch);
                 let request = ToleranceRequest {
                     interface: &interface,
                     side,
                     directions: &directions,
                     tolerance,
-                    first: table_resolution(&interface, &table, tolerance, watch)?,
+                    first: held(&table, tolerance.to_bits(), first)?,
                 };
                 let found = converge_directions(&request, watch)?;
                 let error = Some(found.errors.sum());
@@ -290,7 +274,7 @@ impl Interface {
                 (resolution(&interface, orders, slices)?, None)
             };
             let stacks = match tolerance {
-                None => stacks(&interface, &last, slices)?,
+                None => held(&last, slices, || Ok(Arc::new(interface.stacks(&at.0)?)))?,
                 Some(_) => Arc::new(interface.stacks(&at.0)?),
             };
             let request =
