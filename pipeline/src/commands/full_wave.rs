@@ -122,17 +122,13 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
         seed: context.seed,
         ..Request::default()
     };
-    let found = compare(&section, &request, |step| {
-        context.console.say(step);
+    let step = |what: &str| -> Result<()> {
+        context.console.say(what);
         Ok(context.interrupt.check()?)
-    })?;
-    let mut separated = Vec::new();
-    if arguments.separate {
-        separated = separate(&section, &request, |step| {
-            context.console.say(step);
-            Ok(context.interrupt.check()?)
-        })?;
-    }
+    };
+    let found = compare(&section, &request, step)?;
+    let separated =
+        if arguments.separate { separate(&section, &request, step)? } else { Vec::new() };
     let path = |name: &str| arguments.out.join(name);
     let describe = |files: &[FileRecord]| describe(design, &section, &request, &found, files);
     let file: FullWaveFile = serde_json::from_value(describe(&[]))?;
