@@ -10,6 +10,8 @@ use std::num::{ParseFloatError, ParseIntError};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Error};
 
+use files::formats::listed;
+
 /// The message for `error` of the command line `cli`, which is neither help nor version.
 pub fn message(error: &Error, cli: &Command) -> String {
     let argument = name(&text(error, ContextKind::InvalidArg));
@@ -22,7 +24,7 @@ pub fn message(error: &Error, cli: &Command) -> String {
             format!("{argument}: expected {}, got nothing", bare(expected))
         }
         ErrorKind::InvalidValue => {
-            let known = any_of(&texts(error, ContextKind::ValidValue), "or");
+            let known = listed(&texts(error, ContextKind::ValidValue), "or");
             format!("{argument}: expected {known}, got {value:?}{}", nearest(error))
         }
         ErrorKind::ValueValidation => {
@@ -49,7 +51,7 @@ pub fn message(error: &Error, cli: &Command) -> String {
         ErrorKind::MissingRequiredArgument => {
             let missing = texts(error, ContextKind::InvalidArg);
             let missing: Vec<String> = missing.iter().map(|argument| bare(argument)).collect();
-            let (of, missing) = (command(error), any_of(&missing, "and"));
+            let (of, missing) = (command(error), listed(&missing, "and"));
             format!("{of}: expected {missing}, got nothing of it")
         }
         ErrorKind::ArgumentConflict => {
@@ -60,7 +62,7 @@ pub fn message(error: &Error, cli: &Command) -> String {
             } else {
                 format!(
                     "{argument}: expected no such option beside {}, got both",
-                    any_of(&others, "and")
+                    listed(&others, "and")
                 )
             }
         }
@@ -114,15 +116,6 @@ fn bare(argument: &str) -> String {
     argument.replace(['<', '>'], "")
 }
 
-/// `a, b or c`.
-fn any_of(all: &[String], last: &str) -> String {
-    match all {
-        [] => "another one".to_owned(),
-        [one] => one.clone(),
-        [most @ .., end] => format!("{} {last} {end}", most.join(", ")),
-    }
-}
-
 /// A suggestion of the name that was probably meant.
 fn nearest(error: &Error) -> String {
     let kinds =
@@ -145,7 +138,7 @@ fn command(error: &Error) -> String {
 fn commands(cli: &Command) -> String {
     let names: Vec<String> =
         cli.get_subcommands().map(|command| command.get_name().to_owned()).collect();
-    format!("one of the commands {}", any_of(&names, "or"))
+    format!("one of the commands {}", listed(&names, "or"))
 }
 
 #[cfg(test)]

@@ -68,10 +68,7 @@ impl SweepPlan {
             "--orders",
             orders.unwrap_or_else(|| {
                 let share = |s: f64| least + (s * least as f64).round() as usize;
-                let mut list: Vec<usize> =
-                    [0.0, 0.07, 0.14, 0.25, 0.4, 0.6, 0.85].map(share).to_vec();
-                list.dedup();
-                list
+                [0.0, 0.07, 0.14, 0.25, 0.4, 0.6, 0.85].map(share).to_vec()
             }),
         )?;
         ensure!(
@@ -83,9 +80,7 @@ impl SweepPlan {
             "--slices",
             slices.unwrap_or_else(|| {
                 let at = |s: f64| (s * depth).ceil() as usize + 2;
-                let mut list: Vec<usize> = [1.0, 2.0, 3.0, 4.5, 6.5, 9.5, 14.0].map(at).to_vec();
-                list.dedup();
-                list
+                [1.0, 2.0, 3.0, 4.5, 6.5, 9.5, 14.0].map(at).to_vec()
             }),
         )?;
         let most = |list: &[usize]| list[list.len() - 1];

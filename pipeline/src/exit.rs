@@ -37,7 +37,7 @@ pub fn report(error: &Error) -> u8 {
 }
 
 /// The error and its causes; one whose text the message before it holds already is left out.
-fn message(error: &Error) -> String {
+pub fn message(error: &Error) -> String {
     let mut parts: Vec<String> = Vec::new();
     for cause in error.chain() {
         let text = cause.to_string();

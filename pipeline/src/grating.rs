@@ -75,64 +75,32 @@ pub struct Efficiencies {
     pub jones: Option<Vec<Matrix>>,
 }
 
-/// Structure of a case, as it is solved.
-enum Grating {
-    /// Layers, and the stack of them.
-    Layers(Stack),
-    /// A relief, to be cut.
-    Relief(Interface),
-}
-
 /// One stack, or two that are extrapolated from n and n + 1 slices, with n.
 type Runs = (Stack, Option<(Stack, f64)>);
 
-impl Grating {
-    fn new(problem: &Problem<'_>) -> Result<Self, Error> {
-        let case = problem.case;
-        Ok(match &case.structure {
-            Structure::Layers(layers) => Self::Layers(problem.stack(layers.clone())?),
-            Structure::Relief(relief) => Self::Relief(Interface {
-                relief: relief.clone(),
-                wavelength: case.wavelength,
-                n_top: case.n_top,
-                n_bottom: case.n_bottom,
-            }),
-        })
-    }
-
-    fn structure(&self) -> accuracy::Structure<'_> {
-        match self {
-            Self::Layers(stack) => accuracy::Structure::Layers(stack),
-            Self::Relief(interface) => accuracy::Structure::Relief(interface),
+/// Stacks at a resolution: stairs of s and 2s slices where orders are given.
+fn runs(of: accuracy::Structure<'_>, at: &Resolution, to: Accuracy) -> Result<Runs, Error> {
+    match (of, to) {
+        (accuracy::Structure::Layers(stack), _) => Ok((stack.clone(), None)),
+        (accuracy::Structure::Relief(interface), Accuracy::Tolerance(_)) => {
+            let (coarse, fine) = interface.stacks(at)?;
+            Ok((coarse, fine.map(|fine| (fine, 3.0))))
+        }
+        (accuracy::Structure::Relief(interface), Accuracy::Orders(_)) => {
+            let fine = (!at.plan.is_exact()).then(|| interface.stack(&at.plan.refined(2)));
+            let fine = fine.transpose()?.map(|fine| (fine, 1.0));
+            Ok((interface.stack(&at.plan)?, fine))
         }
     }
+}
 
-    /// Stacks at a resolution: stairs of s and 2s slices where orders are given.
-    fn runs(&self, at: &Resolution, accuracy: Accuracy) -> Result<Runs, Error> {
-        match (self, accuracy) {
-            (Self::Layers(stack), _) => Ok((stack.clone(), None)),
-            (Self::Relief(interface), Accuracy::Tolerance(_)) => {
-                let (coarse, fine) = interface.stacks(at)?;
-                Ok((coarse, fine.map(|fine| (fine, 3.0))))
-            }
-            (Self::Relief(interface), Accuracy::Orders(_)) => {
-                let fine = (!at.plan.is_exact()).then(|| interface.stack(&at.plan.refined(2)));
-                let fine = fine.transpose()?.map(|fine| (fine, 1.0));
-                Ok((interface.stack(&at.plan)?, fine))
-            }
-        }
-    }
-
-    /// Layers, or slices of the finer of the two runs.
-    fn slices(&self, at: &Resolution, accuracy: Accuracy) -> usize {
-        match (self, accuracy) {
-            (Self::Layers(stack), _) => stack.layers().len(),
-            (Self::Relief(interface), Accuracy::Tolerance(_)) if !interface.follows_walls() => {
-                at.plans().1.unwrap_or_else(|| at.plan.clone()).count()
-            }
-            (Self::Relief(_), Accuracy::Orders(_)) => at.plan.refined(2).count(),
-            (Self::Relief(_), Accuracy::Tolerance(_)) => at.plan.count(),
-        }
+/// Layers, or slices of the finer of the two runs.
+fn slices(of: accuracy::Structure<'_>, at: &Resolution, to: Accuracy) -> usize {
+    match (of, to) {
+        (accuracy::Structure::Layers(stack), _) => stack.layers().len(),
+        (accuracy::Structure::Relief(_), Accuracy::Orders(_)) => at.plan.refined(2).count(),
+        (accuracy::Structure::Relief(interface), _) if interface.follows_walls() => at.plan.count(),
+        _ => at.plans().1.unwrap_or_else(|| at.plan.clone()).count(),
     }
 }
 
@@ -251,8 +219,20 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
         case.period,
         case.wavelength
     );
-    let grating = Grating::new(&problem)?;
-    let runs = |at: &Resolution| grating.runs(at, case.accuracy);
+    let (stack, interface);
+    let structure = match &case.structure {
+        Structure::Layers(layers) => {
+            stack = problem.stack(layers.clone())?;
+            accuracy::Structure::Layers(&stack)
+        }
+        Structure::Relief(relief) => {
+            let (relief, wavelength) = (relief.clone(), case.wavelength);
+            let (n_top, n_bottom) = (case.n_top, case.n_bottom);
+            interface = Interface { relief, wavelength, n_top, n_bottom };
+            accuracy::Structure::Relief(&interface)
+        }
+    };
+    let runs = |at: &Resolution| runs(structure, at, case.accuracy);
     let waves = Waves {
         solve: &|at: &Resolution| problem.solve_runs(&runs(at)?, at.truncation),
         distance: &|a: &Answer, b: &Answer| problem.change(a, b),
@@ -265,7 +245,7 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
             // on one structure. Errors are those of the case's polarisation.
             let either = |[s, p]: &Answer, [t, q]: &Answer| change(s, t).max(change(p, q));
             let aims = (SLICE_TOLERANCE, SLICE_PART);
-            settle_slices(grating.structure(), &waves, n, aims, &either)?
+            settle_slices(structure, &waves, n, aims, &either)?
         }
         Accuracy::Tolerance(tolerance) => {
             ensure!(
@@ -273,11 +253,11 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
                 "tolerance: expected a period at which at most {} orders propagate, got {highest}; `N` solves with fewer",
                 Truncation::MAX - 2
             );
-            converge_waves(grating.structure(), &waves, tolerance, progress)?
+            converge_waves(structure, &waves, tolerance, progress)?
         }
     };
     let at = &found.resolution;
-    let slices = grating.slices(at, case.accuracy);
+    let slices = slices(structure, at, case.accuracy);
     let (missed, coarse_slices) = match case.accuracy {
         Accuracy::Tolerance(tolerance) => (missed(&found, tolerance, slices), None),
         Accuracy::Orders(_) => (None, coarse_slices(&found)),

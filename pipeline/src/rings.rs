@@ -5,7 +5,6 @@
 //! stopped run loses one ring at most. Keys and cache are those of [`simulate::tables`].
 
 use std::fmt::{self, Display};
-use std::ops::ControlFlow;
 use std::str::FromStr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -148,7 +147,7 @@ pub fn each(
     rings: &[usize],
     cache: Option<&Cache>,
     context: RunContext,
-    mut take: impl FnMut(RingTable) -> Result<ControlFlow<()>>,
+    mut take: impl FnMut(RingTable) -> Result<()>,
 ) -> Result<()> {
     let single = by_ring(design);
     let cells = band_cells(&single);
@@ -181,9 +180,7 @@ pub fn each(
             time,
         };
         bar.inc(cost(ring));
-        if bar.suspend(|| take(table))?.is_break() {
-            break;
-        }
+        bar.suspend(|| take(table))?;
     }
     bar.finish_and_clear();
     Ok(())

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Records of files, by name and SHA-256: what a design was read from, what a run read and wrote.
 
+use std::path::Path;
+
+use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 
 use crate::content_hash::sha256_hex;
@@ -18,6 +21,17 @@ impl FileRecord {
     /// The record of a file with this content.
     pub fn new(file: impl Into<String>, content: &[u8]) -> Self {
         Self { file: file.into(), sha256: sha256_hex(content) }
+    }
+
+    /// The record of the output `file` under `out`, from its bytes there.
+    ///
+    /// # Errors
+    /// A file that cannot be read.
+    pub fn of_output(out: &Path, file: &str) -> Result<Self> {
+        let path = out.join(file);
+        let bytes = std::fs::read(&path)
+            .with_context(|| format!("cannot read `{}` again", path.display()))?;
+        Ok(Self::new(file, &bytes))
     }
 }
 

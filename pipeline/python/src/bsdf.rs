@@ -17,11 +17,8 @@ use pyo3::types::PyBytes;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
-use rcwa::Truncation;
 use rcwa::accuracy::converge_hemisphere;
-use rcwa::hemisphere::{
-    Directions, Hemisphere, Incidence, Resolution as SolverResolution, hemisphere,
-};
+use rcwa::hemisphere::{Directions, Hemisphere, Incidence, hemisphere};
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 
 use design::resolved::incidence_grid::{FIRST_KX, MAX_KX, MAX_KY, first_ky};
@@ -35,7 +32,7 @@ use simulate::tables::efficiency_rows;
 
 use crate::errors::to_python;
 use crate::job::{self, Job};
-use crate::rcwa::{Interface, array};
+use crate::rcwa::{Interface, array, resolution};
 
 /// Directions that share one stream of random numbers.
 const CHUNK: usize = 4096;
@@ -121,9 +118,9 @@ impl Surface {
     /// The bytes of the native format.
     fn to_bytes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let mut bytes = Vec::new();
-        let written = || -> anyhow::Result<()> { Ok(native::write(self.orders()?, &mut bytes)?) };
-        let mut written = written;
-        written().map_err(|error| to_python(py, &error))?;
+        self.orders()
+            .and_then(|table| Ok(native::write(table, &mut bytes)?))
+            .map_err(|error| to_python(py, &error))?;
         Ok(PyBytes::new(py, &bytes))
     }
 
@@ -299,17 +296,6 @@ impl Surface {
     }
 }
 
-/// What a table is built for.
-struct TableRequest {
-    tolerance: f64,
-    /// Orders and slices, instead of those that the tolerance takes.
-    resolution: Option<(usize, usize)>,
-    /// Nodes of kx to a zone, instead of those that the tolerance takes.
-    kx_per_zone: Option<usize>,
-    /// Nodes of ky, instead of those that the tolerance takes.
-    ky: Option<Vec<f64>>,
-}
-
 /// Largest |R + T - 1|; with loss what R + T exceeds 1 by.
 fn energy_residual(interface: &rcwa::hemisphere::Interface, solved: &Hemisphere) -> f64 {
     let inside = interface.relief.polygons().iter().map(|polygon| polygon.index);
@@ -320,21 +306,22 @@ fn energy_residual(interface: &rcwa::hemisphere::Interface, solved: &Hemisphere)
     solved.incidences.iter().map(|wave| total(wave) - 1.0).fold(0.0, f64::max)
 }
 
+/// Builds a table; orders and slices, and nodes of kx to a zone and of ky, are those that the
+/// tolerance takes where they are not given.
 fn build(
     interface: &rcwa::hemisphere::Interface,
-    request: &TableRequest,
+    tolerance: f64,
+    given: Option<(usize, usize)>,
+    kx_per_zone: Option<usize>,
+    ky: Option<Vec<f64>>,
     job: &Job,
 ) -> anyhow::Result<OrderTable> {
     let watch = job.watch();
     let lossless = [interface.n_top, interface.n_bottom].iter().all(|n| n.im == 0.0);
     anyhow::ensure!(lossless, "grating: expected half-spaces without loss, got an absorbing one");
-    let (resolution, estimated_error) = match request.resolution {
-        None => converge_hemisphere(interface, request.tolerance, &watch)?,
-        Some((orders, slices)) => {
-            let plan = interface.relief.slice_plan(slices);
-            let truncation = Truncation::new(orders)?;
-            (SolverResolution { truncation, plan }, f64::NAN)
-        }
+    let (resolution, estimated_error) = match given {
+        None => converge_hemisphere(interface, tolerance, &watch)?,
+        Some((orders, slices)) => (resolution(interface, orders, slices)?, 0.0),
     };
     let [n_inner, n_outer] = [interface.n_top.re, interface.n_bottom.re];
     let mut grid = Grid {
@@ -342,20 +329,20 @@ fn build(
         wavelength: interface.wavelength,
         index_inner: n_inner,
         index_outer: n_outer,
-        kx_per_zone: request.kx_per_zone.unwrap_or(FIRST_KX),
-        ky: Grid::ky_nodes(n_inner, n_outer, first_ky(request.tolerance)),
+        kx_per_zone: kx_per_zone.unwrap_or(FIRST_KX),
+        ky: Grid::ky_nodes(n_inner, n_outer, first_ky(tolerance)),
     };
-    let solved: Hemisphere = if let Some(ky) = &request.ky {
-        grid.ky.clone_from(ky);
+    let solved: Hemisphere = if let Some(ky) = ky {
+        grid.ky = ky;
         let directions = Directions { kx_per_zone: grid.kx_per_zone, ky: grid.ky.clone() };
         hemisphere(interface, &directions, &resolution, &watch)?
     } else {
         let request = GridRequest {
             kx_per_zone: grid.kx_per_zone,
-            max_kx: request.kx_per_zone.is_none().then_some(MAX_KX),
+            max_kx: kx_per_zone.is_none().then_some(MAX_KX),
             ky: grid.ky.clone(),
             critical_ky: grid.critical_ky(),
-            tolerance: request.tolerance,
+            tolerance,
             max_ky: MAX_KY,
         };
         let found = solve_adaptive(interface, &request, &resolution, &watch)?;
@@ -367,7 +354,7 @@ fn build(
         length_unit: "um".to_owned(),
         truncation: resolution.truncation.highest(),
         slices: resolution.plan.count(),
-        estimated_error: if estimated_error.is_nan() { 0.0 } else { estimated_error },
+        estimated_error,
         energy_residual: energy_residual(interface, &solved),
         ..TableHeader::default()
     };
@@ -387,10 +374,10 @@ pub fn build_table(
     ky: Option<PyReadonlyArray1<'_, f64>>,
     threads: Option<usize>,
 ) -> PyResult<Surface> {
-    let interface = interface.inner().clone();
+    let interface = interface.inner.clone();
     let ky = ky.map(|ky| ky.as_array().to_vec());
-    let request = TableRequest { tolerance, resolution, kx_per_zone, ky };
-    job::run(py, threads, move |job| build(&interface, &request, job)).map(Surface::of_table)
+    let work = move |job: &Job| build(&interface, tolerance, resolution, kx_per_zone, ky, job);
+    job::run(py, threads, work).map(Surface::of_table)
 }
 
 /// Unit cell of a ring of a design: period, depth, index of the background and of the inner side,

@@ -7,6 +7,7 @@ use std::any::Any;
 use pyo3::prelude::*;
 
 use design::ConfigError;
+use pipeline::exit;
 
 /// Where the classes are defined.
 const MODULE: &str = "batwing.errors";
@@ -44,18 +45,6 @@ impl Parts {
     }
 }
 
-/// The error and its causes; one whose text the message before it holds already is left out.
-fn message(error: &anyhow::Error) -> String {
-    let mut parts: Vec<String> = Vec::new();
-    for cause in error.chain() {
-        let text = cause.to_string();
-        if parts.last().is_none_or(|before| !before.contains(&text)) {
-            parts.push(text);
-        }
-    }
-    parts.join(": ")
-}
-
 /// Class and parts of an error.
 fn class_of(error: &anyhow::Error, message: &str) -> (&'static str, Parts) {
     for cause in error.chain() {
@@ -89,7 +78,7 @@ fn raised(py: Python<'_>, class: &str, message: &str, parts: Parts) -> PyErr {
 
 /// An error of the crates.
 pub fn to_python(py: Python<'_>, error: &anyhow::Error) -> PyErr {
-    let message = message(error);
+    let message = exit::message(error);
     let (class, parts) = class_of(error, &message);
     raised(py, class, &message, parts)
 }

@@ -7,7 +7,7 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use tracer::formats::rays::RayRecord;
 
-use files::formats::ray_files::{self, RayMetadata, StatedWavelengths};
+use files::formats::ray_files::{self, HeaderWavelengths, RayMetadata};
 use files::formats::{self, Holds, Writes, words};
 
 use crate::job;
@@ -23,7 +23,7 @@ type Rays<'py> = (Array<'py, f32>, bool, Option<f32>);
 pub fn read_rays(py: Python<'_>, path: PathBuf) -> PyResult<Rays<'_>> {
     let light = job::run(py, None, move |_| ray_files::with_wavelengths(&path))?;
     let one = match light.stated {
-        StatedWavelengths::One(nm) => Some(nm),
+        HeaderWavelengths::One(nm) => Some(nm),
         _ => None,
     };
     let count = light.rays.len();

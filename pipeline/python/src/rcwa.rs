@@ -26,13 +26,14 @@ type Array<'py, T> = Bound<'py, numpy::PyArrayDyn<T>>;
 /// One stack, or two that are extrapolated, by the number of slices.
 type Stacks = (usize, Arc<(Stack, Option<Stack>)>);
 
-/// Tolerance and resolution of a table, where slices follow walls.
-type TableResolution = (f64, Option<Resolution>);
+/// Bits of a tolerance, and the resolution of a table, where slices follow walls.
+type TableResolution = (u64, Option<Resolution>);
 
 /// A relief between two half-spaces at one wavelength.
 #[pyclass(frozen, module = "batwing._native")]
 pub struct Interface {
-    inner: rcwa::hemisphere::Interface,
+    /// The solver's own interface.
+    pub inner: rcwa::hemisphere::Interface,
     /// The stack of the last resolution.
     last: Arc<Mutex<Option<Stacks>>>,
     /// The tolerance and the resolution that the last search over directions began with.
@@ -59,14 +60,11 @@ struct Dense<T> {
     values: Vec<T>,
 }
 
-/// Values of a half-space, `size` for each direction and order, from lists of orders.
-fn dense<T: Clone, V>(
+/// Values of a half-space, four for each direction and order, from lists of orders.
+fn dense<T: Copy + Default>(
     all: &[DirectionOrders],
-    list: impl Fn(&DirectionOrders) -> &[(Side, i32, V)],
+    list: impl Fn(&DirectionOrders) -> &[(Side, i32, [[T; 2]; 2])],
     half_space: Side,
-    size: usize,
-    zero: T,
-    put: impl Fn(&V, &mut dyn FnMut(usize, T)),
 ) -> Dense<T> {
     let there = || {
         let orders = all.iter().flat_map(&list);
@@ -76,47 +74,20 @@ fn dense<T: Clone, V>(
         return Dense { first: 0, orders: 0, values: Vec::new() };
     };
     let orders = (last - first + 1) as usize;
-    let mut values = vec![zero; all.len() * orders * size];
+    let mut values = vec![T::default(); all.len() * orders * 4];
     for (direction, found) in all.iter().enumerate() {
         for (number, order, value) in list(found) {
             if *number == half_space {
-                let at = (direction * orders + (order - first) as usize) * size;
-                put(value, &mut |i, v| values[at + i] = v);
+                let at = (direction * orders + (order - first) as usize) * 4;
+                values[at..at + 4].copy_from_slice(value.as_flattened());
             }
         }
     }
     Dense { first, orders, values }
 }
 
-fn efficiencies(all: &[DirectionOrders], half_space: Side) -> Dense<f64> {
-    dense(
-        all,
-        |o| &o.efficiencies,
-        half_space,
-        4,
-        0.0,
-        |value, put| {
-            for (i, v) in value.iter().flatten().enumerate() {
-                put(i, *v);
-            }
-        },
-    )
-}
-
-fn jones(all: &[DirectionOrders], half_space: Side) -> Dense<Complex64> {
-    let zero = Complex64::ZERO;
-    dense(
-        all,
-        |o| &o.jones,
-        half_space,
-        4,
-        zero,
-        |value, put| {
-            for (i, v) in value.iter().flatten().enumerate() {
-                put(i, *v);
-            }
-        },
-    )
+fn efficiencies(all: &[DirectionOrders]) -> [Dense<f64>; 2] {
+    Side::BOTH.map(|half_space| dense(all, |o| &o.efficiencies, half_space))
 }
 
 impl<T: numpy::Element> Dense<T> {
@@ -158,47 +129,29 @@ type Nodes<'py> = (
     usize,
 );
 
-impl Interface {
-    fn resolution(&self, orders: usize, slices: usize) -> Result<Resolution, rcwa::Error> {
-        Ok(Resolution {
-            truncation: Truncation::new(orders)?,
-            plan: self.inner.relief.slice_plan(slices),
-        })
-    }
-}
-
-/// The stacks of an interface at a number of slices, those of `last` where they are the same.
-fn stacks(
+/// The resolution of so many orders and slices.
+pub fn resolution(
     interface: &rcwa::hemisphere::Interface,
-    last: &Mutex<Option<Stacks>>,
+    orders: usize,
     slices: usize,
-) -> Result<Arc<(Stack, Option<Stack>)>, rcwa::Error> {
-    let locked = || last.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some((_, stacks)) = locked().as_ref().filter(|(at, _)| *at == slices) {
-        return Ok(Arc::clone(stacks));
-    }
-    let resolution =
-        Resolution { truncation: Truncation::new(0)?, plan: interface.relief.slice_plan(slices) };
-    let stacks = Arc::new(interface.stacks(&resolution)?);
-    *locked() = Some((slices, Arc::clone(&stacks)));
-    Ok(stacks)
+) -> Result<Resolution, rcwa::Error> {
+    let truncation = Truncation::new(orders)?;
+    Ok(Resolution { truncation, plan: interface.relief.slice_plan(slices) })
 }
 
-/// The resolution that a search over directions begins with, that of `table` where it is of the
-/// same tolerance.
-fn table_resolution(
-    interface: &rcwa::hemisphere::Interface,
-    table: &Mutex<Option<TableResolution>>,
-    tolerance: f64,
-    progress: &rcwa::Progress<'_>,
-) -> Result<Option<Resolution>, rcwa::Error> {
-    let locked = || table.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some((_, found)) = locked().as_ref().filter(|(at, _)| at.total_cmp(&tolerance).is_eq()) {
-        return Ok(found.clone());
+/// The value that `last` holds for `key`, or else the one that `make` gives, which it holds then.
+fn held<K: PartialEq, V: Clone>(
+    last: &Mutex<Option<(K, V)>>,
+    key: K,
+    make: impl FnOnce() -> Result<V, rcwa::Error>,
+) -> Result<V, rcwa::Error> {
+    let locked = || last.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, value)) = locked().as_ref().filter(|(at, _)| *at == key) {
+        return Ok(value.clone());
     }
-    let found = first_resolution(interface, tolerance, progress)?;
-    *locked() = Some((tolerance, found.clone()));
-    Ok(found)
+    let value = make()?;
+    *locked() = Some((key, value.clone()));
+    Ok(value)
 }
 
 /// Orders of both half-spaces as arrays, their Jones matrices, |R + T - 1|, problems, resolution.
@@ -207,14 +160,9 @@ type Halves =
 
 fn halves(solved: &SolvedDirections, jones: bool, at: &Resolution, error: Option<f64>) -> Halves {
     let all = &solved.orders;
-    let efficiencies = Side::BOTH.map(|half_space| efficiencies(all, half_space));
-    let matrices = jones.then(|| Side::BOTH.map(|half_space| self::jones(all, half_space)));
+    let matrices = jones.then(|| Side::BOTH.map(|half_space| dense(all, |o| &o.jones, half_space)));
     let resolution = (at.truncation.highest(), at.plan.count(), error);
-    (efficiencies, matrices, solved.balance, solved.problems, resolution)
-}
-
-fn views(values: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
-    values.as_array().to_vec()
+    (efficiencies(all), matrices, solved.balance, solved.problems, resolution)
 }
 
 #[pymethods]
@@ -250,16 +198,6 @@ impl Interface {
     /// True where one slice between kinks is exact.
     fn is_exact(&self) -> bool {
         self.inner.relief.slice_plan(1).is_exact()
-    }
-
-    /// True where slices follow slanted walls.
-    fn follows_walls(&self) -> bool {
-        self.inner.follows_walls()
-    }
-
-    /// Slices of a plan of about `slices`.
-    fn slice_count(&self, slices: usize) -> usize {
-        self.inner.relief.slice_plan(slices).count()
     }
 
     /// Orders and slices for a tolerance over both hemispheres, and the estimated error.
@@ -318,12 +256,13 @@ impl Interface {
             );
             let at = if let Some(tolerance) = tolerance {
                 let watch = &job.watch();
+                let first = || first_resolution(&interface, tolerance, watch);
                 let request = ToleranceRequest {
                     interface: &interface,
                     side,
                     directions: &directions,
                     tolerance,
-                    first: table_resolution(&interface, &table, tolerance, watch)?,
+                    first: held(&table, tolerance.to_bits(), first)?,
                 };
                 let found = converge_directions(&request, watch)?;
                 let error = Some(found.errors.sum());
@@ -332,11 +271,10 @@ impl Interface {
                 }
                 (found.resolution, error)
             } else {
-                let truncation = Truncation::new(orders)?;
-                (Resolution { truncation, plan: interface.relief.slice_plan(slices) }, None)
+                (resolution(&interface, orders, slices)?, None)
             };
             let stacks = match tolerance {
-                None => stacks(&interface, &last, slices)?,
+                None => held(&last, slices, || Ok(Arc::new(interface.stacks(&at.0)?)))?,
                 Some(_) => Arc::new(interface.stacks(&at.0)?),
             };
             let request =
@@ -374,9 +312,9 @@ impl Interface {
     ) -> PyResult<Nodes<'py>> {
         let interface = self.inner.clone();
         let spacing = interface.order_spacing();
-        let directions = Directions { kx_per_zone, ky: views(&ky) };
-        let resolution = self.resolution(orders, slices).map_err(|e| to_python(py, &e.into()))?;
+        let directions = Directions { kx_per_zone, ky: ky.as_array().to_vec() };
         let work = move |job: &Job| {
+            let resolution = resolution(&interface, orders, slices)?;
             job.expect(rcwa::hemisphere::work(&interface, &directions, &resolution));
             let solved = hemisphere(&interface, &directions, &resolution, &job.watch())?;
             let mut incidences = solved.incidences;
@@ -394,8 +332,7 @@ impl Interface {
                 }
                 all.push(orders);
             }
-            let halves = Side::BOTH.map(|half_space| efficiencies(&all, half_space));
-            Ok((from_top, kx, ky, halves, solved.worst_balance, solved.problems))
+            Ok((from_top, kx, ky, efficiencies(&all), solved.worst_balance, solved.problems))
         };
         let (from_top, kx, ky, [upper, lower], balance, problems) = job::run(py, threads, work)?;
         let count = kx.len();
@@ -424,7 +361,7 @@ impl Interface {
         threads: Option<usize>,
     ) -> PyResult<Field<'py>> {
         let interface = self.inner.clone();
-        let grid = Grid { x: views(&x), z: views(&z) };
+        let grid = Grid { x: x.as_array().to_vec(), z: z.as_array().to_vec() };
         let shape = [grid.z.len(), grid.x.len()];
         let work = move |job: &Job| {
             let stack = interface.stack(&interface.relief.slice_plan(slices))?;
@@ -448,13 +385,6 @@ impl Interface {
             found.reflected,
             found.transmitted,
         ))
-    }
-}
-
-impl Interface {
-    /// The solver's own interface.
-    pub fn inner(&self) -> &rcwa::hemisphere::Interface {
-        &self.inner
     }
 }
 

@@ -56,7 +56,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use schema::{
     AbsoluteEntry, ModelEntries, ModelEntry, PaperFigures, PolarizationEntry, Program,
     ReceiverEntry, ResultsFile, SpectrumEntry, StoppedBy, TableEntry, UntilError,
@@ -168,11 +168,8 @@ pub fn written<'a>(
     let models = designs.into_iter().flat_map(|design| &design.models);
     let of_models = models.flat_map(|model| model.files.iter().cloned());
     let record = |file: PathBuf| -> Result<FileRecord> {
-        let path = out.join(&file);
-        let bytes = std::fs::read(&path)
-            .with_context(|| format!("cannot read `{}` again", path.display()))?;
         let parts: Vec<_> = file.iter().map(|part| part.to_string_lossy()).collect();
-        Ok(FileRecord::new(parts.join("/"), &bytes))
+        FileRecord::of_output(out, &parts.join("/"))
     };
     let mut files = of_models.chain(others).map(record).collect::<Result<Vec<_>>>()?;
     files.sort_by(|a, b| a.file.cmp(&b.file));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing bsdf`: tables of diffraction orders of chosen rings, as files, with the cost of each.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -128,7 +127,7 @@ pub fn run(arguments: &BsdfArgs, context: RunContext) -> Result<()> {
             Console::print(&row(&ring, bytes, &file))?;
         }
         rows.push(describe(&ring, bytes, &file));
-        Ok(ControlFlow::Continue(()))
+        Ok(())
     })?;
     let seconds = begin.elapsed().as_secs_f64();
     let total = |key: &str| -> f64 { rows.iter().filter_map(|r| r[key].as_f64()).sum() };

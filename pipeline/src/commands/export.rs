@@ -88,34 +88,19 @@ pub struct ExportArgs {
     pub cache: Option<PathBuf>,
 }
 
-/// The arguments with the format that they ask for.
-struct Export<'a> {
-    arguments: &'a ExportArgs,
-    format: FileFormat,
-}
-
-impl std::ops::Deref for Export<'_> {
-    type Target = ExportArgs;
-
-    fn deref(&self) -> &ExportArgs {
-        self.arguments
-    }
-}
-
 /// Writes the input in the format asked for.
 pub fn run(arguments: &ExportArgs, context: RunContext) -> Result<()> {
     let format = checked(arguments)?;
     let input = &arguments.input;
     not_over(input, &arguments.out, format)?;
-    let arguments = &Export { arguments, format };
     if input.is_dir() {
-        return of_results(arguments, context);
+        return of_results(arguments, format, context);
     }
     if input.extension().is_some_and(|e| e == "toml") {
         let design = scene_check::load(input)?;
-        return write_design(&design, arguments, context);
+        return write_design(&design, arguments, format, context);
     }
-    of_table(arguments, context)
+    of_table(arguments, format, context)
 }
 
 /// Writes `design` in place of the input that the arguments name.
@@ -123,8 +108,7 @@ pub fn run(arguments: &ExportArgs, context: RunContext) -> Result<()> {
 /// # Errors
 /// Those of the command.
 pub fn of_design(design: &Design, arguments: &ExportArgs, context: RunContext) -> Result<()> {
-    let format = checked(arguments)?;
-    write_design(design, &Export { arguments, format }, context)
+    write_design(design, arguments, checked(arguments)?, context)
 }
 
 /// The format, of arguments that can be met.
@@ -142,7 +126,7 @@ fn checked(arguments: &ExportArgs) -> Result<FileFormat> {
     Ok(format)
 }
 
-fn of_table(arguments: &Export<'_>, context: RunContext) -> Result<()> {
+fn of_table(arguments: &ExportArgs, format: FileFormat, context: RunContext) -> Result<()> {
     let input = &arguments.input;
     let table = if input.extension().is_some_and(|e| e == EXTENSION) {
         Arc::new(read_table(input)?)
@@ -157,7 +141,7 @@ fn of_table(arguments: &Export<'_>, context: RunContext) -> Result<()> {
         }
     };
     let out = &arguments.out;
-    match arguments.format.writes {
+    match format.writes {
         Writes::Orders(write) => {
             write_atomic(out, |file| write(&table, file))?;
             let json = json!({"file": out.display().to_string()});
@@ -179,8 +163,8 @@ fn of_table(arguments: &Export<'_>, context: RunContext) -> Result<()> {
     }
 }
 
-fn of_results(arguments: &Export<'_>, context: RunContext) -> Result<()> {
-    let Writes::FarField(text) = arguments.format.writes else {
+fn of_results(arguments: &ExportArgs, format: FileFormat, context: RunContext) -> Result<()> {
+    let Writes::FarField(text) = format.writes else {
         bail!(
             "`{}` is a directory of results: expected --format {}",
             arguments.input.display(),
@@ -206,7 +190,7 @@ fn far_field(
     name: &str,
     Stored { far, lumens: stated, watts, is_converted }: &Stored,
     text: fn(&Labels, &Distribution, Photometry) -> String,
-    arguments: &Export<'_>,
+    arguments: &ExportArgs,
     context: RunContext,
 ) -> Result<()> {
     let out = &arguments.out;
@@ -233,10 +217,15 @@ fn far_field(
     })
 }
 
-fn write_design(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result<()> {
+fn write_design(
+    design: &Design,
+    arguments: &ExportArgs,
+    format: FileFormat,
+    context: RunContext,
+) -> Result<()> {
     let out = &arguments.out;
     let about = format!("{}, batwing {}", design.name, env!("CARGO_PKG_VERSION"));
-    match arguments.format.writes {
+    match format.writes {
         Writes::Solids(write) => {
             let bodies = bodies::whole(design)?;
             write_atomic(out, |file| write(&bodies, &design.name, file))?;
@@ -299,7 +288,7 @@ fn write_design(design: &Design, arguments: &Export<'_>, context: RunContext) ->
                 format!("{}\n{}", out.display(), lines.collect::<Vec<_>>().join("\n"))
             })
         }
-        Writes::FarField(_) | Writes::Rays(_) => light(design, arguments, context),
+        Writes::FarField(_) | Writes::Rays(_) => light(design, arguments, format, context),
         Writes::Cells { .. } | Writes::Orders(_) => bail!(
             "`{}` is a design: expected --format {}; `batwing bsdf` makes its tables",
             arguments.input.display(),
@@ -314,7 +303,12 @@ fn said_left_out(why: &str, names: &[&str]) -> Option<String> {
 }
 
 /// Traces the design and writes its far field or its rays.
-fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result<()> {
+fn light(
+    design: &Design,
+    arguments: &ExportArgs,
+    format: FileFormat,
+    context: RunContext,
+) -> Result<()> {
     let model = match arguments.model {
         ExportModel::Geometric => Model::Geometric,
         ExportModel::Hybrid => Model::Hybrid,
@@ -330,7 +324,7 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
         };
         plan.surface(tables.as_ref())
     };
-    match arguments.format.writes {
+    match format.writes {
         Writes::Rays(format) => {
             keeps_wavelengths(&design)?;
             rays(&design, (model, &cache), &surface, format, arguments, context)
@@ -355,7 +349,7 @@ fn light(design: &Design, arguments: &Export<'_>, context: RunContext) -> Result
             let far = Stored { far, lumens: design.emitted_lm(), watts, is_converted: false };
             far_field(&name, &far, text, arguments, context)
         }
-        _ => bail!("expected a format of far fields or rays, got {}", arguments.format.word),
+        _ => bail!("expected a format of far fields or rays, got {}", format.word),
     }
 }
 
@@ -378,7 +372,7 @@ fn rays(
     (model, cache): (Model, &Cache),
     surface: &dyn Fn(&TracePlan) -> Result<DomeSurface>,
     format: &'static RayFormat,
-    arguments: &Export<'_>,
+    arguments: &ExportArgs,
     context: RunContext,
 ) -> Result<()> {
     let out = &arguments.out;

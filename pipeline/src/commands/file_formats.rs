@@ -12,7 +12,7 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
 use files::formats::tables::{self, Fineness, Written};
-use files::formats::{WRITERS, Writer, Writes, any_of};
+use files::formats::{WRITERS, Writer, Writes, listed};
 use files::run_context::RunContext;
 
 use super::arguments::whole;
@@ -72,7 +72,7 @@ impl FileFormat {
             [format, ..] if format.word == ending => Ok(format),
             _ => {
                 let words: Vec<&str> = fitting.iter().map(|format| format.word).collect();
-                let words = any_of(&words);
+                let words = listed(&words, "or");
                 bail!("--format: expected {words} for a file ending in .{ending}, got none")
             }
         }

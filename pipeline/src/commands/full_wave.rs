@@ -120,17 +120,13 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
         seed: context.seed,
         ..Request::default()
     };
-    let found = compare(&section, &request, |step| {
-        context.console.say(step);
+    let step = |what: &str| -> Result<()> {
+        context.console.say(what);
         Ok(context.interrupt.check()?)
-    })?;
-    let mut separated = Vec::new();
-    if arguments.separate {
-        separated = separate(&section, &request, |step| {
-            context.console.say(step);
-            Ok(context.interrupt.check()?)
-        })?;
-    }
+    };
+    let found = compare(&section, &request, step)?;
+    let separated =
+        if arguments.separate { separate(&section, &request, step)? } else { Vec::new() };
     let path = |name: &str| arguments.out.join(name);
     let describe = |files: &[FileRecord]| describe(design, &section, &request, &found, files);
     let file: FullWaveFile = serde_json::from_value(describe(&[]))?;
@@ -138,11 +134,7 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     let theta = Quantity::new("theta", Unit::Degree);
     csv::write_curves_csv(&path(TABLE), &theta, &quantity(), &curves(&file)?)?;
     write_bytes(&path(PICTURE), &far_field_picture(&file)?.png()?)?;
-    let record = |name: &str| -> Result<FileRecord> {
-        let bytes = std::fs::read(path(name))
-            .with_context(|| format!("cannot read `{}` again", path(name).display()))?;
-        Ok(FileRecord::new(name, &bytes))
-    };
+    let record = |name| FileRecord::of_output(&arguments.out, name);
     let mut json = describe(&[record(TABLE)?, record(PICTURE)?]);
     json["verdict"] = file.verdict().into();
     if arguments.separate {

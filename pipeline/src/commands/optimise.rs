@@ -145,7 +145,7 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     files.extend(pictures(&file, out)?);
     let front = file.front.iter().flat_map(|front| &front.designs);
     files.extend(front.map(|one| one.design.as_str()));
-    let files = files.into_iter().map(|name| record(out, name));
+    let files = files.into_iter().map(|name| FileRecord::of_output(out, name));
     file.files = files.collect::<Result<Vec<_>>>()?;
     for missed in missed_constraints(&file) {
         context.console.warn(&format!("{}: {missed}", arguments.problem.display()));
@@ -199,10 +199,6 @@ fn pictures(file: &OptimisationFile, out: &Path) -> Result<Vec<&'static str>> {
         }
     }
     Ok(drawn)
-}
-
-fn record(out: &Path, name: &str) -> Result<FileRecord> {
-    Ok(FileRecord::new(name, &std::fs::read(out.join(name))?))
 }
 
 /// Results of both designs, in all models of the verification.

@@ -35,10 +35,10 @@ pub(super) fn checkpoints(cache: Option<&Cache>, context: RunContext) -> Result<
     cache.map(|cache| Store::of_program(cache.directory(), context.console)).transpose()
 }
 
-/// Refuses a path that steers the terminal on which it is shown.
-pub(super) fn refuse_control(path: &Path) -> Result<()> {
+/// Refuses a path, called `what`, that steers the terminal on which it is shown.
+pub(super) fn refuse_control(what: &str, path: &Path) -> Result<()> {
     match refusal(&path.to_string_lossy(), false) {
-        Some(refusal) => bail!("path of results: {refusal}"),
+        Some(refusal) => bail!("{what}: {refusal}"),
         None => Ok(()),
     }
 }
@@ -46,7 +46,7 @@ pub(super) fn refuse_control(path: &Path) -> Result<()> {
 /// Refuses a directory into which no file can be written, whether it exists or not. Leaves nothing
 /// behind, and removes what writers there left that were killed.
 pub(super) fn writable(directory: &Path) -> Result<()> {
-    refuse_control(directory)?;
+    refuse_control("path of results", directory)?;
     let refused = || format!("cannot write into `{}`", directory.display());
     let there = directory
         .ancestors()
@@ -68,7 +68,7 @@ pub(super) fn writable(directory: &Path) -> Result<()> {
 
 /// Refuses a file that cannot be written: its directory refuses, or it is a directory itself.
 pub(super) fn file_writable(path: &Path) -> Result<()> {
-    refuse_control(path)?;
+    refuse_control("path of results", path)?;
     ensure!(
         !path.is_dir(),
         "cannot write `{}`: expected a file or nothing, got a directory",

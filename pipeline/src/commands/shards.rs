@@ -265,7 +265,7 @@ impl OpenJob {
         let options = command.job_options();
         ensure!(options.shard.is_none(), "expected a command without --shard");
         let out = options.out.to_path_buf();
-        refuse_control(&out)?;
+        refuse_control("path of results", &out)?;
         let context = RunContext { seed: line.seed, ..context };
         let work = command.work(context).with_context(|| match &started {
             Some(record) => format!("the job was started in `{}`", record.directory.display()),

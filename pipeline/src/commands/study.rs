@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::Args;
 
 use experiment::checked_file::Texts;
@@ -103,12 +103,8 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
         csv::write_text_csv(&path(SHORT_RUNS), &SHORT_HEADINGS, &rows)?;
     }
     let tables = [Some(TABLE), (!study.file.short_runs.is_empty()).then_some(SHORT_RUNS)];
-    let record = |name: &str| -> Result<FileRecord> {
-        let bytes = std::fs::read(path(name))
-            .with_context(|| format!("cannot read `{}` again", path(name).display()))?;
-        Ok(FileRecord::new(name, &bytes))
-    };
-    let files = tables.into_iter().flatten().map(record);
+    let files = tables.into_iter().flatten();
+    let files = files.map(|name| FileRecord::of_output(&arguments.out, name));
     let json = outcome.to_json(&files.collect::<Result<Vec<_>>>()?);
     let file: StudyFile = serde_json::from_value(json.clone())?;
     if let Some(picture) = study_pictures::misfit_picture(&file)? {

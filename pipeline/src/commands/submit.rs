@@ -4,12 +4,12 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 
-use files::control_characters::refusal;
 use files::{atomic_file, program};
 
 use super::job_record::{JobRecord, shell_line};
+use super::outputs::refuse_control;
 
 /// Folder of the scripts and of what the tasks say, in the directory of results.
 const FOLDER: &str = "slurm";
@@ -47,9 +47,7 @@ pub fn write_scripts(record: &JobRecord, out: &Path, options: Option<&str>) -> R
     );
     // A line break would end the comment that holds an option of sbatch.
     for path in [out, record.directory.as_path()] {
-        if let Some(refusal) = refusal(&path.to_string_lossy(), false) {
-            bail!("path of the job: {refusal}");
-        }
+        refuse_control("path of the job", path)?;
     }
     let program = shell_line(&program::current()?.words);
     let last = record.shards - 1;

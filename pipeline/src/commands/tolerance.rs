@@ -17,12 +17,11 @@ use files::content_hash::sealed;
 use files::formats::csv;
 use files::provenance::FileRecord;
 use files::run_context::RunContext;
-use files::store::Store;
 use results::tolerance::FILE;
 use simulate::job::{Job, SharedWork, Task};
 
 use super::arguments::{cache, paths, whole};
-use super::outputs::writable;
+use super::outputs::{checkpoints, writable};
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
 
 /// A line for each sample.
@@ -107,10 +106,7 @@ pub fn run(arguments: &ToleranceArgs, context: RunContext) -> Result<()> {
          there",
         cache.directory().display()
     ));
-    let store = match context.checkpoints {
-        None => Some(Store::of_program(cache.directory(), context.console)?),
-        Some(_) => None,
-    };
+    let store = checkpoints(Some(&cache), context)?;
     if let Some(store) = store.as_ref().filter(|_| !arguments.resume) {
         store.discard(analysis.key(context.seed));
     }
@@ -122,7 +118,7 @@ pub fn run(arguments: &ToleranceArgs, context: RunContext) -> Result<()> {
     let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
     csv::write_text_csv(&path(TABLE), &headings, &results.rows())?;
     let mut file = results.to_file(context.seed);
-    file.files = vec![FileRecord::new(TABLE, &std::fs::read(path(TABLE))?)];
+    file.files = vec![FileRecord::of_output(out, TABLE)?];
     if let Some(picture) = report::tolerance::distribution_picture(&file)? {
         let png = picture.png()?;
         atomic_file::write_bytes(&path(DISTRIBUTION), &png)?;

@@ -198,13 +198,8 @@ impl Command<'_> {
         supersede(&out.join(FILE))?;
         self.write_tables(&found, pattern)?;
         self.write_maps(&found)?;
-        let record = |name: &str| -> Result<FileRecord> {
-            let path = out.join(name);
-            let bytes = std::fs::read(&path)
-                .with_context(|| format!("cannot read `{}` again", path.display()))?;
-            Ok(FileRecord::new(name, &bytes))
-        };
-        let written = files.skip(1).map(record).collect::<Result<Vec<_>>>()?;
+        let written = files.skip(1).map(|name| FileRecord::of_output(out, name));
+        let written = written.collect::<Result<Vec<_>>>()?;
         let file = self.describe(&found, written, context.seed);
         let json = sealed(serde_json::to_value(&file)?)?;
         write_json(&out.join(FILE), &json)?;

@@ -13,7 +13,7 @@ use tracer::formats::rays::RayRecord;
 use tracer::{Distribution, Emission, RaySet};
 
 use ::files::formats::content::{self, Content};
-use ::files::formats::ray_files::{self, RayLight, StatedWavelengths};
+use ::files::formats::ray_files::{self, HeaderWavelengths, RayLight};
 use metrics::photopic;
 
 use super::files::{self, Upward};
@@ -194,22 +194,22 @@ impl Scope<'_> {
         let sampling = self.sampling(source)?;
         let whole = |rays, own| Ok(vec![one(rays, own).map_err(of_tracer)?]);
         match lit.stated {
-            StatedWavelengths::Nothing if source.light == Some(LightOf::File) => {
+            HeaderWavelengths::Nothing if source.light == Some(LightOf::File) => {
                 let expected = format!("\"design\": {name:?} says nothing of wavelengths");
                 self.refuse("light", "\"file\"", &expected)
             }
-            StatedWavelengths::Nothing => whole(lit.rays, EmitterLight::Design),
-            StatedWavelengths::One(nm) => {
+            HeaderWavelengths::Nothing => whole(lit.rays, EmitterLight::Design),
+            HeaderWavelengths::One(nm) => {
                 possible(nm, "all rays").map_err(unusable)?;
                 whole(lit.rays, self.line(nanometres(nm), &unusable)?)
             }
-            StatedWavelengths::Spectrum(table) => {
-                let spectrum = self.table(&table, 1, sampling, &unusable)?;
+            HeaderWavelengths::Tables(tables, false) => {
+                let spectrum = self.table(&tables[0], 1, sampling, &unusable)?;
                 whole(lit.rays, EmitterLight::from_colour(Colour::Spectrum(spectrum)))
             }
-            StatedWavelengths::PerRay => self.coloured(lit, sampling, &unusable),
-            StatedWavelengths::Spectra(tables, of_ray) => {
-                let of_table = by_table(lit.rays, &of_ray, tables.len()).map_err(unusable)?;
+            HeaderWavelengths::PerRay => self.coloured(lit, sampling, &unusable),
+            HeaderWavelengths::Tables(tables, true) => {
+                let of_table = by_table(lit.rays, &lit.tables, tables.len()).map_err(unusable)?;
                 let mut found = Vec::new();
                 for (number, rays) in of_table {
                     let spectrum = self.table(&tables[number - 1], number, sampling, &unusable)?;

@@ -168,8 +168,15 @@ fn parse(path: &Path, lamp_set: Option<usize>) -> Result<Content> {
     })
 }
 
+/// Prints what is odd about a surface of the files called `name`.
+pub(super) fn warn(name: &str, measured: &MeasuredBsdf) {
+    for warning in gain(measured).into_iter().chain(one_sided(measured)) {
+        warn_once(&format!("{name}: {warning}"));
+    }
+}
+
 /// A warning where a surface scatters more than it gets.
-pub fn gain(measured: &MeasuredBsdf) -> Option<String> {
+fn gain(measured: &MeasuredBsdf) -> Option<String> {
     let most = measured.largest_at_node();
     (most > 1.0 + ROUNDING).then(|| {
         format!(
@@ -180,7 +187,7 @@ pub fn gain(measured: &MeasuredBsdf) -> Option<String> {
 
 /// A warning where files know one side alone of a surface, which is or will be completed by
 /// reciprocity.
-pub fn one_sided(measured: &MeasuredBsdf) -> Option<String> {
+fn one_sided(measured: &MeasuredBsdf) -> Option<String> {
     let derived = measured.derived().or(measured.lacks_transmission());
     let dark = Side::BOTH.into_iter().find(|side| {
         let given = |t: &Transport| measured.table(*side, *t).is_some();
@@ -241,9 +248,7 @@ impl Content {
             return Ok(Arc::clone(table) as Arc<dyn Bsdf>);
         }
         let measured = self.measured(indices, between, side)?.reciprocal();
-        for warning in gain(&measured).into_iter().chain(one_sided(&measured)) {
-            warn_once(&format!("{name}: {warning}"));
-        }
+        warn(name, &measured);
         Ok(Arc::new(measured))
     }
 

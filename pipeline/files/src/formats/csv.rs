@@ -148,7 +148,10 @@ pub fn write_curves_csv(
         let named = if curves.len() == 1 {
             quantity.clone()
         } else {
-            Quantity::new(format!("{} {}", plain(curve.label()), quantity.name()), quantity.unit())
+            Quantity::new(
+                format!("{} {}", column_of(curve.label()), quantity.name()),
+                quantity.unit(),
+            )
         };
         columns.push(Column::new(&named, curve.value()));
         columns.push(Column::standard_error(&named, curve.standard_error()));
@@ -195,13 +198,8 @@ fn shortest(value: f64) -> String {
 }
 
 /// Beginning of the columns of a curve with this label, by which [`write_curves_csv`] tells curves
-/// apart.
+/// apart: letters and digits, words joined by underscores.
 pub fn column_of(label: &str) -> String {
-    plain(label)
-}
-
-/// A label as part of a column name: letters and digits, words joined by underscores.
-fn plain(label: &str) -> String {
     let words: Vec<String> = label
         .replace('µ', "u")
         .split(|c: char| !c.is_alphanumeric())

@@ -16,7 +16,7 @@ pub static WRITER: Writer = Writer {
     word: "dxf",
     help: "CAD: DXF of the meridians, .dxf",
     endings: &["dxf"],
-    writes: Writes::Meridians(|curves, about, file| write(curves, about, file)),
+    writes: Writes::Meridians(write),
 };
 
 /// The layer of a piece of a body: the kinds of the dome's have one each, other bodies one by name
@@ -41,11 +41,7 @@ pub fn layer(body: &str, role: Role) -> String {
 
 /// Writes the pieces of the curves of bodies, that of the dome under [`DOME`]; its bottom and the
 /// axis on layers of their own.
-pub fn write(
-    curves: &[(String, Meridian)],
-    about: &str,
-    file: &mut (impl Write + ?Sized),
-) -> Result<()> {
+pub fn write(curves: &[(String, Meridian)], about: &str, file: &mut dyn Write) -> Result<()> {
     // Comments, the drawing unit millimetre (code 70, value 4), then entities: pairs of a code and
     // a value, each on its line.
     let about = about.replace(['\r', '\n'], " ");

@@ -37,18 +37,6 @@ impl Mesh {
             .map(|t| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0)
             .sum()
     }
-
-    /// True if every edge belongs to two triangles that run along it in opposite directions.
-    pub fn is_closed(&self) -> bool {
-        let mut edges: Vec<(u32, u32)> = self
-            .triangles
-            .iter()
-            .flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])])
-            .collect();
-        edges.sort_unstable();
-        let once = edges.windows(2).all(|w| w[0] != w[1]);
-        once && edges.iter().all(|(a, b)| edges.binary_search(&(*b, *a)).is_ok())
-    }
 }
 
 /// Largest distance of corners that are joined, as a share of the size of the body: rounding.

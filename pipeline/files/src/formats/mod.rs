@@ -18,6 +18,7 @@
 //! | [`photometry`], [`bin_entries`], [`ray_files`], [`body`], [`mesh`] | parts that formats share |
 //! | [`csv`], [`npy`], [`exr`], [`exr_layers`] | files of results |
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
@@ -156,7 +157,7 @@ pub struct Writer {
 }
 
 /// Writes named meridians with a title into a file.
-pub type WriteMeridians = fn(&[(String, Meridian)], &str, &mut dyn Sink) -> Result<()>;
+pub type WriteMeridians = fn(&[(String, Meridian)], &str, &mut dyn Write) -> Result<()>;
 
 /// Writers by what they write.
 #[derive(Debug, Clone, Copy)]
@@ -181,7 +182,7 @@ pub enum Writes {
         /// True for formats without names, which leave out the LED box.
         single: bool,
         /// Writes them with a line about them.
-        write: fn(&[Mesh], &str, &mut dyn Sink) -> Result<()>,
+        write: fn(&[Mesh], &str, &mut dyn Write) -> Result<()>,
     },
     /// Meridians of a dome and of solids about its axis by their names, with a line about them.
     Meridians(WriteMeridians),
@@ -226,13 +227,14 @@ pub fn words(kinds: &[Holds]) -> String {
         let kind = *kind;
         WRITERS.iter().filter(move |writer| writer.holds() == kind).map(|writer| writer.word)
     };
-    any_of(&kinds.iter().flat_map(of_kind).collect::<Vec<_>>())
+    listed(&kinds.iter().flat_map(of_kind).collect::<Vec<_>>(), "or")
 }
 
-/// Joins to `a, b or c`.
-pub fn any_of(all: &[&str]) -> String {
-    match all {
-        [rest @ .., last] if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+/// Joins to `a, b or c`, with `word` before the last.
+pub fn listed(all: &[impl AsRef<str>], word: &str) -> String {
+    let all: Vec<&str> = all.iter().map(AsRef::as_ref).collect();
+    match &all[..] {
+        [rest @ .., last] if !rest.is_empty() => format!("{} {word} {last}", rest.join(", ")),
         _ => all.concat(),
     }
 }

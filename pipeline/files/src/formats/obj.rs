@@ -15,10 +15,7 @@ pub static WRITER: Writer = Writer {
     word: "obj",
     help: "CAD: Wavefront OBJ of the bodies, .obj",
     endings: &["obj"],
-    writes: Writes::Bodies {
-        single: false,
-        write: |bodies, about, file| write(bodies, about, file),
-    },
+    writes: Writes::Bodies { single: false, write },
 };
 
 /// The triangles of all objects of a file, corners times `unit_mm`; polygons are cut into fans,
@@ -80,7 +77,7 @@ fn corner(word: &str, vertices: &[DVec3]) -> Option<DVec3> {
 }
 
 /// Writes all `bodies`.
-pub fn write(bodies: &[Mesh], about: &str, file: &mut (impl Write + ?Sized)) -> Result<()> {
+pub fn write(bodies: &[Mesh], about: &str, file: &mut dyn Write) -> Result<()> {
     writeln!(file, "# {about}, lengths in mm")?;
     let mut first = 1;
     for body in bodies {

@@ -13,8 +13,7 @@ use tracer::random;
 
 use metrics::plural::count;
 
-use super::sniff;
-use super::{READERS, Reads};
+use super::{READERS, Reads, listed, sniff};
 use crate::atomic_file::{Sink, write_atomic};
 
 /// Allowed relative difference of the sum of the rays from the flux in the header.
@@ -73,18 +72,15 @@ impl RayFormat {
         }
     }
 
-    /// Names of the formats that `chosen` takes, for messages.
-    fn names(chosen: impl Fn(&Self) -> bool) -> String {
+    /// Names of the formats of flux in lm, for messages.
+    fn with_lumens() -> String {
         let makers = READERS.iter().filter_map(|reader| match reader.reads {
-            Reads::Rays(format) if chosen(format) => {
+            Reads::Rays(format) if format.has_lumens => {
                 Some(format.name.trim_end_matches(" ray file"))
             }
             _ => None,
         });
-        match &makers.collect::<Vec<_>>()[..] {
-            [rest @ .., last] if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
-            all => all.concat(),
-        }
+        listed(&makers.collect::<Vec<_>>(), "and")
     }
 }
 
@@ -159,21 +155,6 @@ fn spectrum(table: &[[f32; 2]]) -> String {
     }
 }
 
-/// The wavelengths of the rays of a file.
-#[derive(Debug, Clone, PartialEq)]
-pub enum StatedWavelengths {
-    /// Nothing.
-    Nothing,
-    /// One wavelength for all, nm.
-    One(f32),
-    /// One for each ray.
-    PerRay,
-    /// One spectrum for all: wavelength, nm, and power per nm.
-    Spectrum(Vec<[f32; 2]>),
-    /// Spectra, and for each ray the number of its own, from 1.
-    Spectra(Vec<Vec<[f32; 2]>>, Vec<f32>),
-}
-
 /// The rays of a file with their wavelengths.
 #[derive(Debug)]
 pub struct RayLight {
@@ -182,7 +163,9 @@ pub struct RayLight {
     /// True for flux in W; else in lm.
     pub radiant: bool,
     /// Their wavelengths.
-    pub stated: StatedWavelengths,
+    pub stated: HeaderWavelengths,
+    /// For each ray the number of its spectral table, from 1; NaN where it has none.
+    pub tables: Vec<f32>,
 }
 
 /// All rays of the file at `path`, with their wavelengths.
@@ -201,20 +184,12 @@ pub fn with_wavelengths(path: &Path) -> Result<RayLight> {
         *ray = scanned.scaled(*ray);
     }
     let header = scanned.header;
-    let stated = match header.wavelengths {
-        HeaderWavelengths::Nothing => StatedWavelengths::Nothing,
-        HeaderWavelengths::One(nm) => StatedWavelengths::One(nm),
-        HeaderWavelengths::PerRay => StatedWavelengths::PerRay,
-        HeaderWavelengths::Tables(all, false) => match all.into_iter().next() {
-            Some(table) => StatedWavelengths::Spectrum(table),
-            None => bail!(
-                "{}: expected the spectral table that the header says all rays have, got none",
-                path.display()
-            ),
-        },
-        HeaderWavelengths::Tables(all, true) => StatedWavelengths::Spectra(all, tables),
-    };
-    Ok(RayLight { rays, radiant: header.unit == "W", stated })
+    ensure!(
+        !matches!(&header.wavelengths, HeaderWavelengths::Tables(all, false) if all.is_empty()),
+        "{}: expected the spectral table that the header says all rays have, got none",
+        path.display()
+    );
+    Ok(RayLight { rays, radiant: header.unit == "W", stated: header.wavelengths, tables })
 }
 
 /// Statement of a header on wavelengths.
@@ -386,7 +361,7 @@ pub fn write(
     ensure!(
         about.radiant || format.has_lumens,
         "expected rays with flux in W, got lm, which is written into {} ray files alone",
-        RayFormat::names(|format| format.has_lumens)
+        RayFormat::with_lumens()
     );
     ensure!(
         about.radiant || !about.per_ray,

@@ -10,7 +10,6 @@ use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, Polarisation, Side};
 
 use super::content::{self, Content, ScatterFile};
 use crate::bounded_text::{MAX_TABLES, bounded_bytes};
-use crate::progress::warn_once;
 use crate::provenance::FileRecord;
 
 /// Files that say what a surface does to light from either side.
@@ -118,11 +117,8 @@ impl Scattering {
             }
             Held::Sides(contents) => {
                 let measured = of_sides(contents, indices, self.between)?.reciprocal();
-                let one_sided = content::one_sided(&measured);
-                for warning in content::gain(&measured).into_iter().chain(one_sided) {
-                    let names: Vec<&str> = self.files.iter().map(|f| f.file.as_str()).collect();
-                    warn_once(&format!("{}: {warning}", names.join(", ")));
-                }
+                let names: Vec<&str> = self.files.iter().map(|f| f.file.as_str()).collect();
+                content::warn(&names.join(", "), &measured);
                 Ok(Arc::new(measured))
             }
         }

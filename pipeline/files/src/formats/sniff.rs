@@ -9,7 +9,7 @@ use anyhow::{Context, Result};
 use bsdf::formats::text::utf8;
 use tracer::formats::photometric_text;
 
-use super::{READERS, Reader, any_of, endings};
+use super::{READERS, Reader, endings, listed};
 
 /// Bytes of a file that are looked at.
 const START: u64 = 1 << 16;
@@ -46,24 +46,8 @@ const OTHERS: [(&[u8], &str); 9] = [
 /// XML of other kinds, by an element of it.
 const OTHER_MARKUP: [(&str, &str); 2] = [("<svg", "an SVG picture"), ("<html", "a page of HTML")];
 
-/// Kind that a file seems to be of.
-#[derive(Debug, Clone, Copy)]
-pub enum Guess {
-    /// A format that is read.
-    Format(&'static Reader),
-    /// Something else, in words.
-    Other(&'static str),
-}
-
-impl Guess {
-    /// Kind in words.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Format(reader) => reader.name,
-            Self::Other(name) => name,
-        }
-    }
-}
+/// Kind that a file seems to be of: a format that is read, or something else in words.
+pub type Guess = Result<&'static Reader, &'static str>;
 
 /// Reader of the file at `path`: the one of its ending that its content fits, or that of its
 /// content where the ending says nothing.
@@ -81,28 +65,25 @@ pub fn reader(path: &Path) -> Result<&'static Reader> {
     let fitting = || READERS.iter().copied().filter(|r| r.endings.contains(&ending.as_str()));
     let names = || fitting().map(|reader| reader.name).collect::<Vec<_>>().join(" or ");
     match (fitting().next(), guess(&start, length)) {
-        (Some(_), Some(Guess::Format(found))) if found.endings.contains(&ending.as_str()) => {
-            Ok(found)
-        }
-        (None, Some(Guess::Format(found))) => Ok(found),
+        (Some(_), Some(Ok(found))) if found.endings.contains(&ending.as_str()) => Ok(found),
+        (None, Some(Ok(found))) => Ok(found),
         (Some(first), None) => Ok(first),
-        (Some(_), Some(Guess::Format(found))) => anyhow::bail!(
+        (Some(_), Some(Ok(found))) => anyhow::bail!(
             "expected {}, as its ending says, got what seems to be {}: the ending .{} reads it",
             names(),
             found.name,
             found.endings[0]
         ),
-        (Some(_), Some(Guess::Other(found))) => {
+        (Some(_), Some(Err(found))) => {
             anyhow::bail!("expected {}, got what seems to be {found}", names())
         }
         (None, other) => {
             let found = match other {
-                Some(Guess::Other(found)) => format!("what seems to be {found}"),
+                Some(Err(found)) => format!("what seems to be {found}"),
                 _ => "content that is none of them".to_owned(),
             };
-            let all = endings(|_| true);
-            let all: Vec<&str> = all.iter().map(String::as_str).collect();
-            anyhow::bail!("expected a file ending in {}, got {found}", any_of(&all))
+            let all = listed(&endings(|_| true), "or");
+            anyhow::bail!("expected a file ending in {all}, got {found}")
         }
     }
 }
@@ -110,10 +91,10 @@ pub fn reader(path: &Path) -> Result<&'static Reader> {
 /// Kind that a file of `length` bytes that begins with `start` seems to be of.
 pub fn guess(start: &[u8], length: u64) -> Option<Guess> {
     let first = |fits: &dyn Fn(&Sniff) -> bool| {
-        READERS.iter().copied().find(|reader| fits(&reader.sniff)).map(Guess::Format)
+        READERS.iter().copied().find(|reader| fits(&reader.sniff)).map(Ok)
     };
     let of_bytes = first(&|sniff| matches!(sniff, Sniff::Mark(fits) if fits(start)))
-        .or_else(|| OTHERS.iter().find(|o| start.starts_with(o.0)).map(|o| Guess::Other(o.1)))
+        .or_else(|| OTHERS.iter().find(|o| start.starts_with(o.0)).map(|o| Err(o.1)))
         .or_else(|| first(&|sniff| matches!(sniff, Sniff::Layout(fits) if fits(start, length))));
     if of_bytes.is_some() {
         return of_bytes;
@@ -127,7 +108,7 @@ pub fn guess(start: &[u8], length: u64) -> Option<Guess> {
         let markup = whole.trim_start();
         let other = || {
             let found = OTHER_MARKUP.iter().find(|o| markup.contains(o.0))?;
-            markup.starts_with('<').then_some(Guess::Other(found.1))
+            markup.starts_with('<').then_some(Err(found.1))
         };
         first(&|sniff| matches!(sniff, Sniff::Markup(fits) if fits(markup)))
             .or_else(other)
@@ -165,7 +146,8 @@ mod tests {
             (b"name = \"x\"\n", None),
             (b"", None),
         ] {
-            let got = guess(bytes, bytes.len() as u64).map(Guess::name);
+            let got = guess(bytes, bytes.len() as u64);
+            let got = got.map(|found| found.map_or_else(|other| other, |reader| reader.name));
             assert_eq!(got, expected, "{:?}", String::from_utf8_lossy(bytes));
         }
     }

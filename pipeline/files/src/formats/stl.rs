@@ -16,10 +16,7 @@ pub static WRITER: Writer = Writer {
     word: "stl",
     help: "CAD: binary STL of the bodies, .stl",
     endings: &["stl"],
-    writes: Writes::Bodies {
-        single: true,
-        write: |bodies, about, file| write(bodies, about, file),
-    },
+    writes: Writes::Bodies { single: true, write },
 };
 
 /// Length of the header with the number of triangles, and of one triangle, bytes.
@@ -97,7 +94,7 @@ fn text(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
 }
 
 /// Writes the triangles of all `bodies`.
-pub fn write(bodies: &[Mesh], about: &str, file: &mut (impl Write + ?Sized)) -> Result<()> {
+pub fn write(bodies: &[Mesh], about: &str, file: &mut dyn Write) -> Result<()> {
     let mut header = [b' '; 80];
     // "solid" at the beginning would make some readers expect text.
     for (slot, byte) in header.iter_mut().zip(format!("binary STL, mm: {about}").bytes()) {

@@ -18,16 +18,12 @@ pub static WRITER: Writer = Writer {
     word: "svg",
     help: "CAD: SVG of the meridians, .svg",
     endings: &["svg"],
-    writes: Writes::Meridians(|curves, about, file| write(curves, about, file)),
+    writes: Writes::Meridians(write),
 };
 
 /// Writes the pieces of the curves of bodies, that of the dome under [`DOME`]; its bottom and the
 /// axis in groups of their own.
-pub fn write(
-    curves: &[(String, Meridian)],
-    about: &str,
-    file: &mut (impl Write + ?Sized),
-) -> Result<()> {
+pub fn write(curves: &[(String, Meridian)], about: &str, file: &mut dyn Write) -> Result<()> {
     let most = |size: fn(&Meridian) -> f64| curves.iter().map(|(_, c)| size(c)).fold(0.0, f64::max);
     let (width, height) = (most(Meridian::radius_mm), most(Meridian::top_mm));
     let about = about.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");

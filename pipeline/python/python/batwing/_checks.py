@@ -15,23 +15,6 @@ import numpy.typing as npt
 from . import _native
 from .errors import FileError, InputError, UnitWarning
 
-__all__ = [
-    "Floats",
-    "choice",
-    "describe",
-    "floats",
-    "length",
-    "memory",
-    "number",
-    "one_unit",
-    "plain",
-    "refuse",
-    "text",
-    "threads",
-    "vectors",
-    "whole",
-]
-
 Word = TypeVar("Word", bound=str)
 Floats = npt.NDArray[np.float64]
 

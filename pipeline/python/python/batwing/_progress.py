@@ -9,8 +9,6 @@ from typing import Any
 
 from . import _native
 
-__all__ = ["is_shown", "set_progress"]
-
 _shown = False
 
 

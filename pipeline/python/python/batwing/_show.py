@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from .rcwa import Hemisphere, Jones, NearField, Relief, Solution
     from .results import Map, Results
 
-__all__ = ["brief", "html", "warn"]
-
 #: Size of what `repr` gives: a part of a screen.
 LINES, COLUMNS = 24, 100
 
