@@ -262,8 +262,8 @@ fn studies_that_come_along_can_be_read() {
             continue;
         }
         let study = experiment::study::load(&path, &BTreeMap::new(), None).expect("a study");
-        assert_eq!(path.file_stem().expect("a name"), study.name.as_str());
-        assert!(study.setups.len() > 1, "{}", study.name);
+        assert_eq!(path.file_stem().expect("a name"), study.file.name.as_str());
+        assert!(study.setups.len() > 1, "{}", study.file.name);
         read += 1;
     }
     assert!(read >= 7, "{read} studies");

@@ -270,12 +270,18 @@ fn energy_reciprocity_and_mirrors() {
         reversed.efficiency((to.0, -to.1, from.2), (from.0, -from.1))
     };
     assert!(largest_difference(&solution, back) < 1e-10);
-    let mirrored = by_integrals(&relief.mirrored(), -kx0);
+    let mirrored = by_integrals(&triangle(3.0, [0.9, 1.1]), -kx0);
     let mirror = |from: (Side, i32, Pol), to: (Side, i32)| {
         mirrored.efficiency((from.0, -from.1, from.2), (to.0, -to.1))
     };
     assert!(largest_difference(&solution, mirror) < 1e-10);
-    let shifted = by_integrals(&relief.shifted(1.7), kx0);
+    let along = |p: &Polygon| {
+        let points = p.points.iter().map(|[x, z]| [x + 1.7, *z]).collect();
+        Polygon { index: p.index, points }
+    };
+    let polygons = relief.polygons().iter().map(along).collect();
+    let shifted = Relief::new(relief.period(), relief.depth(), relief.background(), polygons);
+    let shifted = by_integrals(&shifted.unwrap(), kx0);
     assert!(largest_difference(&solution, |from, to| shifted.efficiency(from, to)) < 1e-10);
 }
 

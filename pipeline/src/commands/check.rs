@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 use design::Design;
 use files::cache::{EXTENSION, read_table};
 use files::run_context::RunContext;
+use geometry::Cell;
 use metrics::digits::thousands;
 use metrics::plural::count;
 use simulate::cells::band_cells;
@@ -53,7 +54,8 @@ pub fn run(arguments: &CheckArgs, context: RunContext) -> Result<()> {
 /// # Errors
 /// A scene that cannot be built.
 pub fn of_design(design: &Design, context: RunContext) -> Result<()> {
-    let cells: Vec<_> = band_cells(design).into_iter().flatten().collect();
+    let cells: Vec<Value> =
+        band_cells(design).into_iter().flatten().map(|cell| cell_json(&cell)).collect();
     let models: Vec<String> = Model::all_of(design).into_iter().map(|m| m.key(design)).collect();
     let surface = dome_surface(design, Model::Geometric, None)?;
     let standing = scene::standing(design, &surface)?;
@@ -62,6 +64,20 @@ pub fn of_design(design: &Design, context: RunContext) -> Result<()> {
     }
     let json = json!({"file": design.provenance.file, "valid": true, "design": design, "models": models, "cells": cells, "on_bottom": standing.on_bottom, "gaps": standing.gaps});
     context.console.result(&json, || describe(design, &models, &standing))
+}
+
+/// Shape of a ring's period; its relief is a list of one polygon.
+fn cell_json(cell: &Cell) -> Value {
+    let polygon = json!({"index": cell.inner_index, "points_um": cell.points_um});
+    json!({
+        "ring": cell.ring,
+        "period_um": cell.period_um,
+        "depth_um": cell.depth_um,
+        "slope_deg": cell.slope_deg,
+        "background_index": cell.background_index,
+        "inner_index": cell.inner_index,
+        "polygons": [polygon],
+    })
 }
 
 fn describe(design: &Design, models: &[String], standing: &Standing) -> String {

@@ -149,12 +149,10 @@ impl CheckedSolid {
 
     /// The key that says where it stands, and what stands there.
     pub fn place(&self) -> (String, String) {
+        let List(position_mm) = self.stated.shared.position_mm;
         match self.lower_face_mm() {
             Some(z_mm) => (format!("{}.z_mm", self.table), z_mm.to_string()),
-            None => {
-                let List(position_mm) = self.stated.shared.position_mm;
-                (format!("{}.position_mm", self.table), format!("{position_mm:?}"))
-            }
+            None => (format!("{}.position_mm", self.table), format!("{position_mm:?}")),
         }
     }
 

@@ -158,10 +158,8 @@ impl<'a> ToleranceResults<'a> {
     /// none where it has no scatter.
     fn distribution(&self) -> Option<DistributionEntry> {
         let (key, first) = self.figures.first()?;
+        first.deviation?;
         let (.., sorted) = without_noise(&self.sampled.values(key)?.values);
-        if first.deviation.is_none() {
-            return None;
-        }
         let packages = sorted.len();
         let stride = packages.div_ceil(DRAWN);
         let shares = (1..).zip(&sorted).map(|(below, value)| {

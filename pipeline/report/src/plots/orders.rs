@@ -75,7 +75,7 @@ pub fn grating_lobes(
     Ok(sheet.canvas.finish())
 }
 
-fn on_side(lobes: &[LobeEntry], side: &'static str) -> impl Iterator<Item = &LobeEntry> {
+fn on_side<'a>(lobes: &'a [LobeEntry], side: &'static str) -> impl Iterator<Item = &'a LobeEntry> {
     lobes.iter().filter(move |lobe| lobe.side == side)
 }
 
