@@ -43,6 +43,7 @@ pub struct UnitCell {
     /// Points that split a beam: ends of facets, and intersections of facets and limits with the
     /// border of the period.
     corners: Vec<DVec2>,
+    /// Power of a beam that is given up; another one in tests alone.
     power_cutoff: f64,
     /// Cosine and sine of the angle from t to x, about the normal.
     turn: DVec2,

@@ -24,7 +24,8 @@ pub fn message(error: &Error, cli: &Command) -> String {
             format!("{argument}: expected {}, got nothing", bare(expected))
         }
         ErrorKind::InvalidValue => {
-            let known = listed(&texts(error, ContextKind::ValidValue), "or");
+            let known = Some(listed(&texts(error, ContextKind::ValidValue), "or"));
+            let known = known.filter(|known| !known.is_empty()).unwrap_or("another one".to_owned());
             format!("{argument}: expected {known}, got {value:?}{}", nearest(error))
         }
         ErrorKind::ValueValidation => {

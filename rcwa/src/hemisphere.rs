@@ -391,6 +391,9 @@ pub(crate) fn efficiency_of_runs(
 /// Sets negative efficiencies of an extrapolation to 0 and scales the others to keep the sum.
 pub(crate) fn clip_negative<'a>(efficiencies: impl Iterator<Item = &'a mut f64>) {
     let mut efficiencies: Vec<&mut f64> = efficiencies.collect();
+    if efficiencies.iter().all(|e| **e >= 0.0) {
+        return;
+    }
     let before: f64 = efficiencies.iter().map(|e| **e).sum();
     for efficiency in &mut efficiencies {
         **efficiency = f64::max(**efficiency, 0.0);

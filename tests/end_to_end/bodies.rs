@@ -235,12 +235,17 @@ fn slabs_in_contact_are_one_slab() {
     assert!(checked.contains(words), "{checked}");
     let [ran, _] = said(at, &["run", "dry.toml", "--paths", "2000"]);
     assert!(ran.contains(words), "{ran}");
-    // Films have no such key.
-    let films = "\n[[films]]\nname = \"low\"\nz_mm = 3.0\nthickness_mm = 0.1\nmedium = { index = 1.5 }\n\n[[films]]\nname = \"high\"\ngap_mm = 0.0005\nthickness_mm = 0.1\nmedium = { index = 1.5 }\n";
-    std::fs::write(at.join("films.toml"), format!("{BLOCK}{films}")).expect("written");
-    let [checked, _] = said(at, &["check", "films.toml"]);
-    let words = "low and high: a gap of air, 0.0005 mm wide; films keep their gaps";
-    assert!(checked.contains(words), "{checked}");
+    // Films have no such key: the solid below states it.
+    let film =
+        "\n[[films]]\nname = \"film\"\nz_mm = 0.5\nthickness_mm = 0.1\nmedium = { index = 1.5 }\n";
+    let words = "optical_contact = \"all\" under lower closes it";
+    for (contact, is_said) in [("", true), ("optical_contact = \"all\"", false)] {
+        let below = slab("lower", [0.0, 0.5], 1.5, &format!("per = \"array\"\n{contact}"));
+        std::fs::write(at.join("film.toml"), format!("{BLOCK}{below}{film}")).expect("written");
+        let [checked, _] = said(at, &["check", "film.toml"]);
+        assert_eq!(checked.contains(words), is_said, "{checked}");
+        assert_eq!(checked.contains("they touch, and a gap"), is_said, "{checked}");
+    }
     for (contact, expected) in [
         ("\"mirror\"", "\"bottom\", \"all\" or another solid with the same `per`, \"lower\""),
         ("[\"lower\", 3]", "solids[2].optical_contact"),

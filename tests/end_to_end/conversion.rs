@@ -133,7 +133,7 @@ fn a_study_subtracts_no_watts_from_lumens() {
     let study = "name = \"s\"\ndesigns = [\"design.toml\"]\nmodels = [\"geometric\"]\npaths = 2000\n\
                  [[factors]]\nname = \"weighting\"\nkey = \"light.weighting\"\n\
                  values = [\"photometric\", \"radiometric\"]\n\
-                 [targets.plate.geometric]\nflux_up = { at_least = 0.01 }\nescaped_up = { at_least = 0.1 }\n\
+                 [targets.plate.geometric]\nflux_up = { at_least = 0.01 }\n\"flux.above\" = { at_least = 1e-4 }\nescaped_up = { at_least = 0.1 }\n\
                  [scales]\nflux_up = 1.0\n";
     std::fs::write(at.join("study.toml"), study).expect("written");
     batwing(at).args(["study", "study.toml", "--out", "out"]).assert().success();
@@ -147,7 +147,7 @@ fn a_study_subtracts_no_watts_from_lumens() {
     let [lumens, watts] = [0, last].map(|setup| figure(setup, "flux_up"));
     assert!(estimate(&lumens).0 > 1.0 && estimate(&watts).0 < 0.1, "{lumens} {watts}");
     assert_eq!(watts["change"], Value::Null);
-    // Its share is of 683 lm for each watt there, and of watts here.
+    // In the base a share of 683 lm for each watt, in the last set-up of watts.
     assert_eq!(figure(last, "flux.above")["change"], Value::Null);
     assert_eq!(figure(last, "escaped_up")["change"]["value"], 0.0);
 }

@@ -137,6 +137,7 @@ impl<'a> Tracer<'a> {
 
     /// Follows a path until it has met `surfaces` surfaces; true if it has ended, and all of its
     /// power is booked.
+    #[inline]
     pub fn walk_to<L: Light>(
         &self,
         state: &mut PathState,
@@ -145,16 +146,21 @@ impl<'a> Tracer<'a> {
         (tally, observer): (&mut Tally<'_>, &mut impl Observer),
         surfaces: u32,
     ) -> bool {
-        while state.history.bounces < surfaces.min(self.max_bounces) {
-            let hit = self.intersect(state);
-            if !self.interact(state, hit, light, rng, tally, observer) {
+        // A copy, which the compiler keeps in registers.
+        let mut path = *state;
+        let last = surfaces.min(self.max_bounces);
+        while path.history.bounces < last {
+            let hit = self.intersect(&path);
+            if !self.interact(&mut path, hit, light, rng, tally, observer) {
+                *state = path;
                 return true;
             }
         }
-        let is_given_up = state.history.bounces >= self.max_bounces;
+        let is_given_up = path.history.bounces >= self.max_bounces;
         if is_given_up {
-            self.give_up(state, tally, observer);
+            self.give_up(&path, tally, observer);
         }
+        *state = path;
         is_given_up
     }
 

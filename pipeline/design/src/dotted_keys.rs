@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Keys of a design by dotted path, and tables in which they are set.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use anyhow::{Result, bail, ensure};
@@ -53,13 +54,9 @@ pub fn steps(path: &str) -> Option<Vec<Step<'_>>> {
     Some(steps)
 }
 
-/// Sets the key at the dotted `path`, with entries of lists in brackets from 1:
-/// `elements.shapes[2].apex_angle_deg`, or as `elements.shapes.1.apex_angle_deg` from 0. The value
-/// `""` removes the key.
-///
-/// # Errors
-/// A path through a plain value, or beyond the end of a list.
-pub fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<()> {
+/// Sets the key at the dotted `path`; `""` removes a key of a table, and stands in the place of an
+/// entry that is to be removed.
+fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<()> {
     let path = &bracketed(path);
     let Some(all) = steps(path) else {
         bail!("expected a key such as led.reflectance or solids[1].position_mm[3], got {path:?}");
@@ -109,18 +106,27 @@ pub fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<
     }
 }
 
-/// Sets all keys of `settings` as [`set`] does. `""` for an entry of a list removes the entry; numbers
-/// of entries are those before any is removed.
+/// Sets all keys of `settings`, with entries of lists in brackets from 1:
+/// `elements.shapes[2].apex_angle_deg`, or as `elements.shapes.1.apex_angle_deg` from 0. The value `""`
+/// removes a key or an entry, with all that is set in it; numbers of entries are those before any is
+/// removed.
 ///
 /// # Errors
-/// The first key that cannot be set.
+/// The first key that cannot be set: a path through a plain value, or beyond the end of a list.
 pub fn set_all(design: &mut toml::Table, settings: &Settings) -> Result<()> {
-    for (path, value) in settings {
+    let removed = settings.iter().filter(|(_, value)| value.as_str() == Some(""));
+    let removed: Vec<String> = removed.map(|(path, _)| bracketed(path)).collect();
+    let is_in_removed =
+        |path: &str| removed.iter().any(|gone| *gone != bracketed(path) && contains(gone, path));
+    for (path, value) in settings.iter().filter(|(path, _)| !is_in_removed(path)) {
         set(design, path, value)?;
     }
-    let removed = settings.iter().filter(|(_, value)| value.as_str() == Some(""));
-    for path in removed.map(|(path, _)| bracketed(path)) {
-        if let Some((list, _)) = path.rsplit_once('[').filter(|_| path.ends_with(']'))
+    let is_entry = |path: &&String| path.ends_with(']') && !is_in_removed(path);
+    let mut entries: Vec<&String> = removed.iter().filter(is_entry).collect();
+    // Lists within entries first, as their numbers are those of the file.
+    entries.sort_by_key(|path| Reverse(path.matches('[').count()));
+    for path in entries {
+        if let Some((list, _)) = path.rsplit_once('[')
             && let Some(toml::Value::Array(list)) = get_mut(design, list)
         {
             list.retain(|entry| entry.as_str() != Some(""));
@@ -172,16 +178,20 @@ mod tests {
     #[test]
     fn entries_of_lists_are_removed_by_their_numbers_in_the_file() {
         let mut design: toml::Table =
-            toml::from_str("[[films]]\na = 1\n[[films]]\na = 2\n[[films]]\na = 3").expect("valid");
+            toml::from_str("[[films]]\na = 1\n[[films]]\na = 2\n[[films]]\na = [3, 4, 5]")
+                .expect("valid");
         let none = toml::Value::String(String::new());
         let settings = [
             ("films[1]", none.clone()),
-            ("films.1", none),
-            ("films[3].a", toml::Value::Integer(7)),
+            // Of an entry that is removed.
+            ("films[1].b", toml::Value::Integer(1)),
+            ("films.1", none.clone()),
+            ("films[3].a[2]", none),
+            ("films[3].b", toml::Value::Integer(7)),
         ];
         let settings = settings.map(|(key, value)| (key.to_owned(), value)).into();
         set_all(&mut design, &settings).expect("set");
-        assert_eq!(design, toml::from_str("[[films]]\na = 7").expect("valid"));
+        assert_eq!(design, toml::from_str("[[films]]\na = [3, 5]\nb = 7").expect("valid"));
     }
 
     #[test]

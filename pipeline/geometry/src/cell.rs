@@ -3,8 +3,8 @@
 //!
 //! x runs along t (meridional tangent, outward and down), z along the outward normal from the chord
 //! (0, silicone side; with rounded valleys from their lowest point) to the apex (`depth`, outer
-//! side). Rounded corners are polygons of at least 8 chords each, within 5 nm of their arcs. Outside the
-//! relief is air, or what else lies around the dome; below z = 0 is silicone. The outline wraps at
+//! side). Rounded corners are polygons of at least 8 chords each, within 5 nm of their arcs. Outside
+//! the relief is air, or what else lies around the dome; below z = 0 is silicone. The outline wraps at
 //! the period. Micrometres.
 
 use super::profile::Rounding;

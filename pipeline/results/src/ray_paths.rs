@@ -24,7 +24,7 @@ pub enum PathEnd {
 }
 
 impl PathEnd {
-    /// All of them, as pictures list them.
+    /// All of them in the order of the variants, as pictures list them.
     pub const ALL: [Self; 7] = [
         Self::EscapedUp,
         Self::EscapedDown,
@@ -82,4 +82,14 @@ pub struct TracedPath {
     /// Direction of the last flight of a path that escaped or was given up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub leaves_along: Option<[f64; 3]>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_number_ends_as_they_list_them() {
+        assert!(PathEnd::ALL.iter().enumerate().all(|(number, end)| *end as usize == number));
+    }
 }

@@ -14,13 +14,15 @@ use simulate::tables::{directions, efficiency_rows, interface};
 /// Accuracy of tables.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TableRequest {
+    /// Nodes of the Bloch wavevector in one Brillouin zone; by default those of [`kx_per_zone`].
+    pub kx_per_zone: Option<usize>,
     /// Largest error of transmittance.
     pub tolerance: f64,
 }
 
 impl Default for TableRequest {
     fn default() -> Self {
-        Self { tolerance: 2e-3 }
+        Self { kx_per_zone: None, tolerance: 2e-3 }
     }
 }
 
@@ -51,10 +53,10 @@ impl Tables {
 }
 
 /// Nodes of the Bloch wavevector in one Brillouin zone of a ring whose period is so many wavelengths:
-/// no more than 8, and beyond 18 wavelengths as many as keep their distance, at least 2. With rings of
-/// 20 µm 2, 4 and 8 nodes give far fields alike to 0.2 % of the largest bin of 2.5°.
-fn kx_per_zone(period: f64) -> usize {
-    (8.0 * 18.0 / period).ceil().clamp(2.0, 8.0) as usize
+/// 8, and beyond 24 wavelengths 6, 4 or 2, so that they keep their distance. With rings of 20 µm (36
+/// wavelengths) 2, 4 and 8 nodes give far fields alike to 0.2 % of the largest bin of 2.5°.
+pub fn kx_per_zone(period: f64) -> usize {
+    2 * (72.0 / period).ceil().clamp(1.0, 4.0) as usize
 }
 
 fn solve_ring(
@@ -72,7 +74,9 @@ fn solve_ring(
         wavelength: section.wavelength_um,
         index_inner: section.index[0],
         index_outer: section.index[1],
-        kx_per_zone: kx_per_zone(cell.period_um / section.wavelength_um),
+        kx_per_zone: request
+            .kx_per_zone
+            .unwrap_or_else(|| kx_per_zone(cell.period_um / section.wavelength_um)),
         ky: vec![0.0],
     };
     let solved = hemisphere(&interface, &directions(&grid), &resolution, &no_progress)?;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Light between the films of a stack: planes below, between and above them, with the power that passes
-//! each upwards and downwards, again each time that it comes back.
+//! Light between the films of a stack: planes below, between and above them, with the power that
+//! passes each upwards and downwards, again each time that it comes back.
 
 use anyhow::Result;
 use tracer::glam::DVec3;
@@ -63,8 +63,8 @@ fn film(solid: &CheckedSolid) -> Option<(&str, [f64; 2], [f64; 2])> {
     solid.is_film().then_some((solid.name(), ends, [x, y]))
 }
 
-/// The planes of the films of `design`, upwards, with height and lengths, mm: `below_NAME`, of the last
-/// also `above_NAME`; none of a closed gap.
+/// The planes of the films of `design`, upwards, with height and lengths, mm: `below_NAME`, of the
+/// last also `above_NAME`; none of a closed gap.
 fn levels(design: &Design) -> Vec<(String, f64, [f64; 2])> {
     let films: Vec<_> = design.solids.iter().filter_map(film).collect();
     let mut levels = Vec::new();

@@ -103,15 +103,15 @@ pub struct Gap {
     pub width_mm: f64,
     /// The medium in it.
     pub of: String,
-    /// True where one of the bodies is a film, which has no optical contact.
+    /// True where the second body is a film, which states no optical contact itself.
     #[serde(skip)]
-    pub is_of_film: bool,
+    pub is_with_film: bool,
 }
 
 impl Gap {
     /// The gap in words, with what closes it.
     pub fn describe(&self) -> String {
-        let Self { between: [first, second], width_mm, of, is_of_film } = self;
+        let Self { between: [first, second], width_mm, of, is_with_film } = self;
         let stands = if *width_mm > 0.0 {
             // Found by lines, to some per cent.
             let width = format!("{width_mm:.1e}").parse().unwrap_or(*width_mm);
@@ -119,8 +119,8 @@ impl Gap {
         } else {
             format!("they touch, and a gap of {of} is kept")
         };
-        let closes = if *is_of_film {
-            "films keep their gaps; [[solids]] may have optical_contact in their place".to_owned()
+        let closes = if *is_with_film {
+            format!("where {first} meets it, optical_contact = \"all\" under {first} closes it")
         } else if first == "the LED" {
             format!("{second} wets it where it holds the LED's box")
         } else if *width_mm > 0.0 {
@@ -264,7 +264,7 @@ pub fn standing(design: &Design, package: Prototype, bottom: &Bottom) -> Result<
             around: medium(contact.outer, world),
         }));
         all.gaps.extend(placed.gaps.into_iter().map(|gap| Gap {
-            is_of_film: gap.names.iter().any(is_film),
+            is_with_film: is_film(&gap.names[1]),
             between: gap.names,
             width_mm: gap.width_mm,
             of: medium(gap.outer, "air"),

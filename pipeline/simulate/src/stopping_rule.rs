@@ -3,7 +3,7 @@
 //!
 //! Batches of as many paths as the design asks for are traced, each with random numbers of its own,
 //! and added up group by group, until the standard error of one figure of merit is as small as wanted
-//! (of a figure that no path has reached, its bound) or the paths allowed are used up. The first batch
+//! (of a sum that no path has reached, its bound) or the paths allowed are used up. The first batch
 //! is the run without any of this, to the last bit. The decision looks at the error and not at the
 //! value, so that the value stays unbiased but for what error and value have in common. The sum is
 //! kept from time to time, so that an interrupted run goes on to the same bits.
@@ -188,7 +188,7 @@ where
                 // An angle that is noise tells nothing by its error.
                 PeakPlace::NotResolved => f64::INFINITY,
                 PeakPlace::OffAxis | PeakPlace::OnAxis => {
-                    let bound = estimate.upper_bound.map(|bound| bound - estimate.value);
+                    let bound = estimate.upper_bound.filter(|_| is_sum(figure));
                     bound.unwrap_or(estimate.standard_error)
                 }
             };
@@ -199,7 +199,7 @@ where
             let is_still = left <= 0.0 && batches >= STILL_BATCHES;
             let paths = mean.paths;
             drop(mean);
-            if let Some(bound) = estimate.upper_bound {
+            if let Some(bound) = estimate.upper_bound.filter(|_| is_sum(figure)) {
                 self.dark(bound, paths, batches, reached)?;
             }
             let of_batch = paths / u64::from(batches);
@@ -252,10 +252,6 @@ where
     fn dark(&self, bound: f64, paths: u64, batches: u32, is_known: bool) -> Result<()> {
         let ErrorTarget { figure, error } = &self.rule.target;
         let file = &self.design.provenance.file;
-        let sums = [Source::Ledger, Source::Receiver];
-        if figures::find(figure).is_none_or(|found| !sums.contains(&found.source)) {
-            return Ok(());
-        }
         let said = format!(
             "--until-error: {file}: {figure}: none of {} has arrived, so it lies below {bound:.1e} (95 % confidence)",
             count(paths, "path")
@@ -269,6 +265,12 @@ where
         }
         Ok(())
     }
+}
+
+/// True of a figure that is a sum over paths, which none may reach.
+fn is_sum(figure: &str) -> bool {
+    figures::find(figure)
+        .is_some_and(|found| matches!(found.source, Source::Ledger | Source::Receiver))
 }
 
 /// Traces batches of `job` until `rule` is met; returns the mean over the batches and what

@@ -320,7 +320,7 @@ fn variant_name(variant: Variant) -> &'static str {
         Variant::Hybrid => "hybrid",
         Variant::Chords => "hybrid, chords for arcs",
         Variant::RandomExit => "hybrid, exit anywhere on the ring",
-        Variant::SmoothAgain => "hybrid, a smooth surface for light that meets it again",
+        Variant::SmoothAgain => "hybrid, smooth where light meets it again",
         Variant::RingAperture => "hybrid, spread of a ring's aperture",
         Variant::GroupAperture => "hybrid, spread of a group's aperture",
         Variant::ChordsGroupAperture => "hybrid, chords and spread of a group",

@@ -181,17 +181,19 @@ impl Revolution {
         }
 
         // Clip to the outer sphere of the shell.
-        let passage = self.shell.passage(ray.origin.to_array(), ray.direction.to_array());
-        from = from.max(passage.whole[0]);
-        to = to.min(passage.whole[1]);
+        let line = self.shell.line(ray.origin.to_array(), ray.direction.to_array());
+        let whole = line.within(self.shell.outer);
+        from = from.max(whole[0]);
+        to = to.min(whole[1]);
         if from > to {
             return None;
         }
 
         // Leave out the empty inner sphere and march through the rest in order.
         let mut march = March { shape: self, axial, reach, sides, found: None };
-        march.pass(from, to.min(passage.gap[0]));
-        march.pass(from.max(passage.gap[1]), to);
+        let gap = line.within(self.shell.inner);
+        march.pass(from, to.min(gap[0]));
+        march.pass(from.max(gap[1]), to);
         march.found
     }
 

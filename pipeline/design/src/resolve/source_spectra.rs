@@ -204,7 +204,9 @@ impl Scope<'_> {
                 whole(lit.rays, self.line(nanometres(nm), &unusable)?)
             }
             HeaderWavelengths::Tables(tables, false) => {
-                let spectrum = self.table(&tables[0], 1, sampling, &unusable)?;
+                let first =
+                    tables.first().ok_or_else(|| unusable("no spectral table".to_owned()))?;
+                let spectrum = self.table(first, 1, sampling, &unusable)?;
                 whole(lit.rays, EmitterLight::from_colour(Colour::Spectrum(spectrum)))
             }
             HeaderWavelengths::PerRay => self.coloured(lit, sampling, &unusable),

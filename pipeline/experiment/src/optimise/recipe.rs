@@ -200,12 +200,12 @@ impl<'a> Recipe<'a> {
     /// interrupt.
     pub fn run(&self, out: &Path, resume: bool, context: RunContext) -> Result<Optimised> {
         let key = self.problem.key(context.seed);
-        let is_merging = context.is_merging();
-        let log = Log::open(&out.join(log::FILE), key.hex(), resume && !is_merging)?;
-        if !is_merging {
-            return self.run_with(log, out, context);
+        let file = out.join(log::FILE);
+        if !context.is_merging() {
+            return self.run_with(Log::open(&file, key.hex(), resume)?, out, context);
         }
         let all = SharedEvaluations::new(key.hex(), None, context)?;
+        let log = Log::open(&file, key.hex(), false)?;
         Recipe { shared: Some(&all), ..*self }.run_with(log, out, context)
     }
 

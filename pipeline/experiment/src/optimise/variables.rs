@@ -444,6 +444,12 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         _ => bail!("expected one of `keys`, `key` and `profile`, got several or none"),
     };
     let range = Range::new(keys, matches!(place, Place::Key(_, _)))?;
+    let is_entry = keys.key.as_ref().is_some_and(|key| bracketed(key).ends_with(']'));
+    let mut choices = keys.choices.iter().flatten();
+    ensure!(
+        !(is_entry && choices.any(|choice| choice.as_str() == Some(""))),
+        "choices: expected values of an entry of a list, got \"\", by which studies alone take it away"
+    );
     ensure!(
         keys.keys.is_none() || matches!(range, Range::Between { .. }),
         "keys: expected them with `from` and `to`, got them with `choices`"

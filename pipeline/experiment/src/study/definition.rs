@@ -20,7 +20,7 @@ use crate::design_file::DesignFile;
 /// A checked study.
 #[derive(Debug, Clone)]
 pub struct Study {
-    /// Keys of its file, of which the designs below hold paths and settings.
+    /// Keys of the file as written; factors, set-ups and targets are checked below.
     pub file: StudyFile,
     /// Factors and their levels.
     pub factors: Vec<FactorLevels>,

@@ -96,11 +96,13 @@ fn levels(factor: &Factor) -> Result<FactorLevels> {
         ),
     };
     ensure!(!levels.is_empty(), "factors: expected at least one level, got none in {name:?}");
-    let distinct: BTreeSet<&String> = levels.iter().map(|l| &l.0).collect();
-    ensure!(
-        distinct.len() == levels.len(),
-        "factors: expected a name of its own for each level, got one twice in {name:?}"
-    );
+    let mut known = BTreeSet::new();
+    let twice = levels.iter().find(|(label, _)| !known.insert(label));
+    if let Some((label, _)) = twice {
+        bail!(
+            "factors: expected a name of its own for each level, got {label:?} twice in {name:?}"
+        );
+    }
     Ok(FactorLevels {
         name,
         description: factor.description.clone(),

@@ -16,6 +16,8 @@ use super::draw::sheet::{Entry, Sample, Sheet};
 
 /// Per cent of one.
 const PERCENT: f64 = 100.0;
+/// Sides of the surface, a column each.
+const SIDES: [&str; 2] = ["transmitted", "reflected"];
 
 /// Draws rays above and diffraction orders below, transmitted light left and reflected light right,
 /// all over the same angles; each panel has its own scale of power, since an order carries a small
@@ -37,6 +39,11 @@ pub fn grating_lobes(
                 lobe.theta_deg
             );
             ensure!(
+                SIDES.contains(&&*lobe.side),
+                "{name}: expected transmitted or reflected lobes, got {:?}",
+                lobe.side
+            );
+            ensure!(
                 lobe.share >= 0.0 && lobe.share.is_finite(),
                 "{name}: expected powers of at least 0, got {}",
                 lobe.share
@@ -54,7 +61,7 @@ pub fn grating_lobes(
     let width = (body.width() - gaps[0]) / 2.0;
     let height = (body.height() - gaps[1]) / 2.0;
     let models = [("Rays", rays, blue), ("RCWA", orders, red)];
-    for (column, side) in ["transmitted", "reflected"].into_iter().enumerate() {
+    for (column, side) in SIDES.into_iter().enumerate() {
         let left = body.left + column as f64 * (width + gaps[0]);
         let panels = [0, 1].map(|row| {
             let top = body.top + row as f64 * (height + gaps[1]);

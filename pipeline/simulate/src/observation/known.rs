@@ -78,7 +78,8 @@ pub fn unit_of(design: &Design, key: &str) -> Unit {
 }
 
 /// True where the figure under `key` has one meaning in the light of two designs, so that its values
-/// may be subtracted: watts are not subtracted from lumens, nor are shares of them.
+/// may be subtracted: watts are not subtracted from lumens, nor shares of watts from shares of lumens
+/// of converted light.
 pub fn is_comparable(a: &Design, b: &Design, key: &str) -> bool {
     let is_share_of_light = figures::find(key).is_some_and(|figure| figure.key == "flux");
     unit_of(a, key) == unit_of(b, key)
