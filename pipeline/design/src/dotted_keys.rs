@@ -108,21 +108,15 @@ fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<()> 
 
 /// Sets all keys of `settings`, with entries of lists in brackets from 1:
 /// `elements.shapes[2].apex_angle_deg`, or as `elements.shapes.1.apex_angle_deg` from 0. The value `""`
-/// removes a key or an entry, with all that is set in it; numbers of entries are those before any is
-/// removed.
+/// removes a key or an entry; numbers of entries are those before any is removed.
 ///
 /// # Errors
 /// The first key that cannot be set: a path through a plain value, or beyond the end of a list.
 pub fn set_all(design: &mut toml::Table, settings: &Settings) -> Result<()> {
-    let removed = settings.iter().filter(|(_, value)| value.as_str() == Some(""));
-    let removed: Vec<String> = removed.map(|(path, _)| bracketed(path)).collect();
-    let is_in_removed =
-        |path: &str| removed.iter().any(|gone| *gone != bracketed(path) && contains(gone, path));
-    for (path, value) in settings.iter().filter(|(path, _)| !is_in_removed(path)) {
+    for (path, value) in settings {
         set(design, path, value)?;
     }
-    let is_entry = |path: &&String| path.ends_with(']') && !is_in_removed(path);
-    let mut entries: Vec<&String> = removed.iter().filter(is_entry).collect();
+    let mut entries: Vec<String> = removed_entries(settings).collect();
     // Lists within entries first, as their numbers are those of the file.
     entries.sort_by_key(|path| Reverse(path.matches('[').count()));
     for path in entries {
@@ -151,6 +145,26 @@ pub fn get<'a>(design: &'a toml::Table, path: &str) -> Option<&'a toml::Value> {
         (toml::Value::Array(list), Step::Entry(number)) => list.get(number.checked_sub(1)?),
         _ => None,
     })
+}
+
+/// The entries of lists that `settings` remove.
+pub fn removed_entries(settings: &Settings) -> impl Iterator<Item = String> {
+    let removed = settings.iter().filter(|(_, value)| value.as_str() == Some(""));
+    removed.map(|(path, _)| bracketed(path)).filter(|path| path.ends_with(']'))
+}
+
+/// Refuses settings that remove entries of lists, which studies alone do.
+///
+/// # Errors
+/// The first entry.
+pub fn check_entries_stay(settings: &Settings) -> Result<()> {
+    match removed_entries(settings).next() {
+        Some(entry) => bail!(
+            "{entry}: expected a value, got \"\"; studies alone take entries of lists away, here \
+             the design file does"
+        ),
+        None => Ok(()),
+    }
 }
 
 /// The value at `path` in [`bracketed`] form, to be changed.
@@ -183,8 +197,6 @@ mod tests {
         let none = toml::Value::String(String::new());
         let settings = [
             ("films[1]", none.clone()),
-            // Of an entry that is removed.
-            ("films[1].b", toml::Value::Integer(1)),
             ("films.1", none.clone()),
             ("films[3].a[2]", none),
             ("films[3].b", toml::Value::Integer(7)),

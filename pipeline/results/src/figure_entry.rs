@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use metrics::Estimate;
 use metrics::estimate::{self, DISTINCT};
 use metrics::far_field::PeakPlace;
+use metrics::figures::{self, Source};
 use metrics::hits::upper_bound;
 use metrics::quantity::Unit;
 
@@ -53,6 +54,11 @@ pub struct FigureEntry {
     pub published: Option<f64>,
 }
 
+/// True of the key of a figure that is a sum over paths, which none may reach.
+pub fn is_sum(key: &str) -> bool {
+    figures::find(key).is_some_and(|of| matches!(of.source, Source::Ledger | Source::Receiver))
+}
+
 impl FigureEntry {
     /// Value, standard error and bias.
     pub fn estimate(&self) -> Estimate {
@@ -66,6 +72,12 @@ impl FigureEntry {
     /// The estimate with the error that sampling a spectrum adds.
     pub fn with_wavelengths(&self) -> Estimate {
         self.estimate().with_error(self.wavelength_error.map_or(0.0, |error| error.value))
+    }
+
+    /// The error that a stopping rule on the figure under `key` judges: of a sum that no path has
+    /// reached, its bound.
+    pub fn error_left(&self, key: &str) -> f64 {
+        self.upper_bound.filter(|_| is_sum(key)).unwrap_or(self.standard_error)
     }
 
     /// The ends between which a figure lies that is not resolved; `None` of one that is.

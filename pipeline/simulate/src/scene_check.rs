@@ -181,7 +181,9 @@ fn housing_key(design: &Design) -> (&'static str, String) {
 
 /// Ways out of an overlap of two surfaces by `depth_mm` along an axis, in words.
 fn ways_out(design: &Design, [first, second]: [&str; 2], (depth_mm, axis): (f64, &str)) -> String {
-    let move_by = format!("by {} mm along {axis} or shrink it", shortest(depth_mm));
+    // Rounded up, so that bodies moved by it do not overlap.
+    let depth = shortest((1e5 * depth_mm - 1e-6).ceil() / 1e5);
+    let move_by = format!("by {depth} mm along {axis} or shrink it");
     let names = [first, second];
     if let (Some(half), true) = (design.housing_half_mm(), names.contains(&WALL)) {
         let other = if first == WALL { second } else { first };
@@ -210,7 +212,7 @@ fn ways_out(design: &Design, [first, second]: [&str; 2], (depth_mm, axis): (f64,
         |name: &str| design.solids.iter().any(|solid| solid.is_film() && solid.name() == name);
     if let Some(film) = names.into_iter().find(|name| is_film(name)) {
         let other = if film == first { second } else { first };
-        return format!("move {film:?} by {} mm along {axis}, or {other:?}", shortest(depth_mm));
+        return format!("move {film:?} by {depth} mm along {axis}, or {other:?}");
     }
     if names.into_iter().all(is_solid) {
         return format!(

@@ -21,10 +21,10 @@ use files::cache::Key;
 use files::run_context::RunContext;
 use files::store::{MIN_PATHS, Store};
 use metrics::far_field::PeakPlace;
-use metrics::figures::{self, Source};
+use metrics::figures;
 use metrics::plural::count;
 use metrics::quantity::Unit;
-use results::figure_entry::FigureEntry;
+use results::figure_entry::{FigureEntry, is_sum};
 use results::schema::UntilError;
 
 use super::observation::{Observation, check_figure};
@@ -187,23 +187,30 @@ where
             let left = match estimate.peak_place {
                 // An angle that is noise tells nothing by its error.
                 PeakPlace::NotResolved => f64::INFINITY,
-                PeakPlace::OffAxis | PeakPlace::OnAxis => {
-                    let bound = estimate.upper_bound.filter(|_| is_sum(figure));
-                    bound.unwrap_or(estimate.standard_error)
-                }
+                PeakPlace::OffAxis | PeakPlace::OnAxis => estimate.error_left(figure),
             };
             let left = if left <= ROUNDING * estimate.value.abs() { 0.0 } else { left };
             // A figure at the end of its range, such as a uniformity of 0, does not vary and says
             // nothing of how well it is known.
-            let reached = left > 0.0 && left <= *error;
+            // A sum that no path can reach is 0.
+            let is_nothing = estimate.value == 0.0 && left <= 0.0 && is_sum(figure);
+            let reached = is_nothing || left > 0.0 && left <= *error;
             let is_still = left <= 0.0 && batches >= STILL_BATCHES;
             let paths = mean.paths;
             drop(mean);
-            if let Some(bound) = estimate.upper_bound.filter(|_| is_sum(figure)) {
-                self.dark(bound, paths, batches, reached)?;
+            let bound = estimate.upper_bound.filter(|_| is_sum(figure));
+            if let Some(bound) = bound.filter(|_| batches == 1) {
+                self.context.console.warn(&self.dark(bound, paths));
             }
+            // The bound falls as one over the paths.
+            let is_out_of_reach = bound
+                .is_some_and(|bound| paths as f64 * bound > *error * self.rule.most_paths as f64);
             let of_batch = paths / u64::from(batches);
-            if reached || is_still || paths.saturating_add(of_batch) > self.rule.most_paths {
+            if reached
+                || is_still
+                || is_out_of_reach
+                || paths.saturating_add(of_batch) > self.rule.most_paths
+            {
                 if !reached {
                     let known = if left.is_infinite() {
                         "not resolved".to_owned()
@@ -214,6 +221,8 @@ where
                     };
                     let why = if is_still {
                         "further batches would not change that"
+                    } else if is_out_of_reach {
+                        "with --most-paths its bound cannot fall so far"
                     } else {
                         "--most-paths allows no further batch"
                     };
@@ -247,30 +256,15 @@ where
         }
     }
 
-    /// Says after the first batch that no path has reached the figure, and gives up after some, if
-    /// its bound is not yet what was asked for.
-    fn dark(&self, bound: f64, paths: u64, batches: u32, is_known: bool) -> Result<()> {
+    /// Says that no path has reached the figure.
+    fn dark(&self, bound: f64, paths: u64) -> String {
         let ErrorTarget { figure, error } = &self.rule.target;
         let file = &self.design.provenance.file;
-        let said = format!(
-            "--until-error: {file}: {figure}: none of {} has arrived, so it lies below {bound:.1e} (95 % confidence)",
+        format!(
+            "--until-error: {file}: {figure}: none of {} has arrived, so it lies below {bound:.1e} (95 % confidence), asked {error:.1e}; if light is expected there, check where it lies and which way it faces",
             count(paths, "path")
-        );
-        ensure!(
-            is_known || batches < STILL_BATCHES,
-            "{said}; expected light there for an error of {error:.1e}, got none: check where it lies and which way it faces, or leave --until-error out for results with this bound"
-        );
-        if batches == 1 {
-            self.context.console.warn(&said);
-        }
-        Ok(())
+        )
     }
-}
-
-/// True of a figure that is a sum over paths, which none may reach.
-fn is_sum(figure: &str) -> bool {
-    figures::find(figure)
-        .is_some_and(|found| matches!(found.source, Source::Ledger | Source::Receiver))
 }
 
 /// Traces batches of `job` until `rule` is met; returns the mean over the batches and what

@@ -246,7 +246,7 @@ pub struct StageKeys {
     /// Most paths of a trace of the search, at least `paths`. Default 1 048 576 or `paths`.
     pub most_paths: Option<u64>,
     /// Keys of the design for traces of this stage alone, none that a variable names; `""` takes a
-    /// key or an entry of a list away.
+    /// key away.
     #[serde(default)]
     #[schemars(with = "AnyValues")]
     pub set: Settings,

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use serde_json::json;
 
 use design::Design;
-use design::dotted_keys::Settings;
+use design::dotted_keys::{Settings, check_entries_stay};
 use design::resolved::check_paths;
 use files::cache::Key;
 use files::provenance::FileRecord;
@@ -252,6 +252,7 @@ fn stage(keys: &StageKeys, variables: &Variables, design: &Design) -> Result<Sta
             "set: expected keys that no variable changes, got {key}"
         );
     }
+    check_entries_stay(&keys.set).context("set")?;
     variables.source.with(&keys.set).context("set")?;
     Ok(StageSettings {
         model,

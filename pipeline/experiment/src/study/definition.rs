@@ -130,7 +130,7 @@ fn designs(
 /// Refuses levels that move no package, also where another level states the places.
 fn check_effects(setup: &Setup, sources: &[DesignFile]) -> Result<()> {
     for source in sources {
-        let table = source.table_with(&setup.of(&source.name))?;
+        let table = source.table_with(&setup.of(&source.name)?)?;
         for level in &setup.settings {
             let of_design = level.set_of.get(&source.name);
             for settings in [Some(&level.set), of_design].into_iter().flatten() {
@@ -143,7 +143,7 @@ fn check_effects(setup: &Setup, sources: &[DesignFile]) -> Result<()> {
 
 /// The design that `setup` makes of `source`.
 fn make(source: &DesignFile, setup: &Setup, paths: Option<u64>) -> Result<Design> {
-    let mut design = source.with(&setup.of(&source.name))?;
+    let mut design = source.with(&setup.of(&source.name)?)?;
     if let Some(paths) = paths {
         design.trace.paths = paths;
     }

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::{Result, bail, ensure};
 use serde::Serialize;
 
-use design::dotted_keys::{Settings, bracketed, number};
+use design::dotted_keys::{Settings, bracketed, contains, number, removed_entries};
 
 use super::file::{Factor, FactorArrangement, Level, StudyFile};
 
@@ -41,14 +41,31 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Settings of the design called `design`.
-    pub fn of(&self, design: &str) -> Settings {
-        let mut all = Settings::new();
-        for level in &self.settings {
-            all.extend(level.set.clone());
-            all.extend(level.set_of.get(design).cloned().unwrap_or_default());
+    /// Settings of the design called `design`, with entries of lists in brackets. An entry that a level
+    /// takes away takes along what the base sets in it.
+    ///
+    /// # Errors
+    /// A key that is set in an entry that is taken away.
+    pub fn of(&self, design: &str) -> Result<Settings> {
+        let merged = |levels: &[Level]| {
+            let mut all = Settings::new();
+            for level in levels {
+                let own = level.set_of.get(design).into_iter().flatten();
+                all.extend(level.set.iter().chain(own).map(|(k, v)| (bracketed(k), v.clone())));
+            }
+            all
+        };
+        let (mut all, levels) = (merged(&self.settings[..1]), merged(&self.settings[1..]));
+        let within = |entry: &str, key: &str| contains(entry, key) && entry != key;
+        let gone: Vec<String> = removed_entries(&levels).collect();
+        all.retain(|key, _| !gone.iter().any(|entry| within(entry, key)));
+        all.extend(levels);
+        for entry in removed_entries(&all) {
+            if let Some(key) = all.keys().find(|key| within(&entry, key)) {
+                bail!("{key}: expected a key of an entry that is there, got {entry} taken away");
+            }
         }
-        all
+        Ok(all)
     }
 }
 
@@ -255,10 +272,28 @@ mod tests {
         ));
         let all = setups(&file, &factors(&file).expect("valid")).expect("valid");
         let mine = all.last().expect("a set-up");
-        let reflectance = |design| mine.of(design)["mirror.reflectance"].as_float();
+        let of = |design| mine.of(design).expect("settings");
+        let reflectance = |design| of(design)["mirror.reflectance"].as_float();
         assert_eq!((reflectance("D2"), reflectance("D3")), (Some(0.9), Some(0.5)));
-        assert_eq!(mine.of("D2").len(), 3);
-        assert_eq!(mine.of("D1").len(), 2);
+        assert_eq!(of("D2").len(), 3);
+        assert_eq!(of("D1").len(), 2);
+    }
+
+    /// Films that are taken away, with keys of theirs before and after.
+    #[test]
+    fn an_entry_takes_its_keys_along_and_has_none_afterwards() {
+        let file = file(
+            "[base.set]\n\"films[2].gap_mm\" = 0.1\n[[factors]]\nname = \"film\"\nkey = \"films[2]\"\n\
+             values = [\"\"]\n[[factors]]\nname = \"apex\"\nkey = \"films.1.top.apex_deg\"\nvalues = [90]\n\
+             [[setups]]\nname = \"both\"\nlevels = { film = \"none\", apex = \"90\" }",
+        );
+        let all = setups(&file, &factors(&file).expect("valid")).expect("valid");
+        let of = |name: &str| all.iter().find(|s| s.name == name).expect("a set-up").of("D1");
+        let none = of("film = none").expect("settings");
+        assert_eq!(none.into_keys().collect::<Vec<_>>(), ["films[2]"]);
+        assert_eq!(of("apex = 90").expect("settings").len(), 2);
+        let error = all.last().expect("both").of("D1").expect_err("no film").to_string();
+        assert!(error.contains("got films[2] taken away"), "{error}");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use serde_json::json;
 
 use design::Design;
-use design::dotted_keys::Settings;
+use design::dotted_keys::{Settings, check_entries_stay};
 use design::resolved::check_paths;
 use files::cache::Key;
 use files::provenance::FileRecord;
@@ -93,6 +93,7 @@ pub fn load(path: &Path, texts: &Texts, overrides: Overrides) -> Result<Toleranc
 fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<ToleranceAnalysis> {
     let file = head.keys.clone();
     let source = head.design("design", &file.design)?;
+    check_entries_stay(&file.set).context("set")?;
     let table = source.table_with(&file.set).context("set")?;
     let source = DesignFile::new(source.path, table);
     let design = source.with(&Settings::new())?;

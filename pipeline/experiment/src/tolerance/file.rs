@@ -23,8 +23,8 @@ pub struct ToleranceFile {
     pub description: String,
     /// Design file, relative to the tolerance file.
     pub design: String,
-    /// Keys of the design by dotted path that are set before anything deviates; `""` takes a key or an
-    /// entry of a list away, and deviations number what is left.
+    /// Keys of the design by dotted path that are set before anything deviates; `""` takes a key
+    /// away.
     #[serde(default)]
     #[schemars(with = "AnyValues")]
     pub set: Settings,

@@ -100,7 +100,7 @@ fn stopping_rule(model: &Model) -> Option<Asked> {
     let two_digits = |value: f64| format!("{value:.1e}").parse().unwrap_or(value);
     let reached = |(figure, _): (FigureEntry, Unit)| match figure.peak_place {
         PeakPlace::NotResolved => Verdict::NotResolved.words().to_owned(),
-        _ => error(two_digits(figure.standard_error)),
+        _ => error(two_digits(figure.error_left(&rule.figure))),
     };
     Some(Asked {
         name: format!("error of {name}"),
