@@ -148,7 +148,7 @@ trace = { paths = 64_000 }
 "#;
 
 /// Command lines and what is said of them, in the folder of [`commands`].
-const COMMANDS: [(&str, &[&str]); 105] = [
+const COMMANDS: [(&str, &[&str]); 108] = [
     ("check no/such.toml", &["no/such.toml", "expected a design", "No such file"]),
     ("run no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
     ("bsdf no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
@@ -293,8 +293,14 @@ const COMMANDS: [(&str, &[&str]); 105] = [
     ),
     (
         "full-wave d1.toml --rings 2 --ring-width-um -1",
-        &["d1.toml", "ring width: expected above 0"],
+        &["d1.toml", "--ring-width-um: expected a number above 0 to 1000, got -1"],
     ),
+    (
+        "full-wave d1.toml --rings 2 --ring-width-um 1e9",
+        &["--ring-width-um: expected a number above 0 to 1000, got 1000000000"],
+    ),
+    ("full-wave d1.toml --scale 0", &["--scale: expected a number above 0 to 10, got 0"]),
+    ("full-wave d1.toml --memory-gib -1", &["--memory-gib: expected a number above 0", "got -1"]),
     ("full-wave d1.toml --rings 2 --ring-width-um 2 --scale 1", &["--scale"]),
     (
         "full-wave d1.toml --rings 4 --memory-gib 0.001",

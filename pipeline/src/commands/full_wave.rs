@@ -86,7 +86,7 @@ pub struct FullWaveArgs {
     #[arg(long, value_name = "N", value_parser = finite)]
     pub nodes: Option<f64>,
     /// Memory for full wave, GiB [default: 60 % of what is free]
-    #[arg(long, value_name = "GIB", value_parser = finite)]
+    #[arg(long, value_name = "GIB", allow_negative_numbers = true, value_parser = finite)]
     pub memory_gib: Option<f64>,
     /// Also the assumptions of the hybrid one at a time
     #[arg(long)]
@@ -103,6 +103,15 @@ pub fn run(arguments: &FullWaveArgs, context: RunContext) -> Result<()> {
 }
 
 fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> Result<()> {
+    for (option, value, most) in [
+        ("--ring-width-um", arguments.ring_width_um, 1e3),
+        ("--scale", arguments.scale, 10.0),
+        ("--memory-gib", arguments.memory_gib, 1e6),
+    ] {
+        if let Some(got) = value.filter(|got| !(*got > 0.0 && *got <= most)) {
+            bail!("{option}: expected a number above 0 to {most}, got {got}");
+        }
+    }
     let resolution = resolution(arguments)?;
     writable(&arguments.out)?;
     let section = scaled_section(design, arguments, resolution)?;
