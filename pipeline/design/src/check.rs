@@ -24,23 +24,24 @@ fn limit(number: f64) -> String {
     if plain { number.to_string() } else { format!("{number:e}") }
 }
 
-/// Names the file in every complaint, and the table of the key.
+/// Names the file in every complaint, and the table of the key; those of [`of_files`](Self::of_files)
+/// name the whole key themselves.
 pub(super) struct Context<'a> {
     pub(super) file: &'a str,
     /// What stands before keys: nothing, or `receivers[1].`.
-    pub(super) table: &'a str,
+    pub(super) prefix: &'a str,
 }
 
 impl<'a> Context<'a> {
     /// That of keys of the file.
     pub(super) fn new(file: &'a str) -> Self {
-        Self { file, table: "" }
+        Self { file, prefix: "" }
     }
 
     pub(super) fn value(&self, key: &str, got: impl Display, expected: &str) -> ConfigError {
         ConfigError::Value {
             file: self.file.to_owned(),
-            key: [self.table, key].concat(),
+            key: [self.prefix, key].concat(),
             got: readable(&got.to_string()),
             expected: expected.to_owned(),
         }

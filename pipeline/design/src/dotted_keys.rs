@@ -121,9 +121,11 @@ pub fn set_all(design: &mut toml::Table, settings: &Settings) -> Result<()> {
     entries.sort_by_key(|path| Reverse(path.matches('[').count()));
     for path in entries {
         if let Some((list, _)) = path.rsplit_once('[')
-            && let Some(toml::Value::Array(list)) = get_mut(design, list)
+            && let Some(toml::Value::Array(entries)) = get(design, list)
         {
-            list.retain(|entry| entry.as_str() != Some(""));
+            let left = entries.iter().filter(|entry| entry.as_str() != Some("")).cloned();
+            let left = toml::Value::Array(left.collect());
+            set(design, list, &left)?;
         }
     }
     Ok(())
@@ -165,17 +167,6 @@ pub fn check_entries_stay(settings: &Settings) -> Result<()> {
         ),
         None => Ok(()),
     }
-}
-
-/// The value at `path` in [`bracketed`] form, to be changed.
-fn get_mut<'a>(design: &'a mut toml::Table, path: &str) -> Option<&'a mut toml::Value> {
-    let mut parts = steps(path)?.into_iter();
-    let Some(Step::Key(first)) = parts.next() else { return None };
-    parts.try_fold(design.get_mut(first)?, |at, step| match (at, step) {
-        (toml::Value::Table(table), Step::Key(key)) => table.get_mut(key),
-        (toml::Value::Array(list), Step::Entry(number)) => list.get_mut(number.checked_sub(1)?),
-        _ => None,
-    })
 }
 
 /// True where the dotted key `outer` is `inner` or holds it.

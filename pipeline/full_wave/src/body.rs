@@ -14,6 +14,7 @@ use crate::system::System;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
+use std::fmt::{Display, Formatter};
 
 /// Polarisation of light in the plane of the outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +23,15 @@ pub enum Polarisation {
     Te,
     /// The magnetic field is along y; a line source is a magnetic current.
     Tm,
+}
+
+impl Display for Polarisation {
+    fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Te => "TE",
+            Self::Tm => "TM",
+        })
+    }
 }
 
 /// Bytes of a GiB.

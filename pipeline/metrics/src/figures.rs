@@ -91,6 +91,15 @@ impl Definition {
         }
     }
 
+    /// True of powers and of means and extremes of them, which are 0 where no path arrives.
+    pub fn is_sum(&self) -> bool {
+        match self.source {
+            Source::Ledger => true,
+            Source::Receiver => self.key == "flux" || self.unit == Unit::WattPerSquareMillimetre,
+            _ => false,
+        }
+    }
+
     /// True if it stands among the figures of a model in `results.json`; others stand there in
     /// the ledger, with the receivers or with the absolute figures.
     pub fn is_main(&self) -> bool {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use metrics::Estimate;
 use metrics::estimate::{self, DISTINCT};
 use metrics::far_field::PeakPlace;
-use metrics::figures::{self, Source};
+use metrics::figures;
 use metrics::hits::upper_bound;
 use metrics::quantity::Unit;
 
@@ -54,11 +54,6 @@ pub struct FigureEntry {
     pub published: Option<f64>,
 }
 
-/// True of the key of a figure that is a sum over paths, which none may reach.
-pub fn is_sum(key: &str) -> bool {
-    figures::find(key).is_some_and(|of| matches!(of.source, Source::Ledger | Source::Receiver))
-}
-
 impl FigureEntry {
     /// Value, standard error and bias.
     pub fn estimate(&self) -> Estimate {
@@ -74,10 +69,15 @@ impl FigureEntry {
         self.estimate().with_error(self.wavelength_error.map_or(0.0, |error| error.value))
     }
 
-    /// The error that a stopping rule on the figure under `key` judges: of a sum that no path has
-    /// reached, its bound.
+    /// The error that a stopping rule on the figure called `key` judges: its standard error, or the
+    /// bound of a sum that no path has reached.
     pub fn error_left(&self, key: &str) -> f64 {
-        self.upper_bound.filter(|_| is_sum(key)).unwrap_or(self.standard_error)
+        self.bound_of_sum(key).unwrap_or(self.standard_error)
+    }
+
+    /// The bound of a figure called `key` that is a sum over paths of which none has arrived.
+    pub fn bound_of_sum(&self, key: &str) -> Option<f64> {
+        self.upper_bound.filter(|_| figures::find(key).is_some_and(|of| of.is_sum()))
     }
 
     /// The ends between which a figure lies that is not resolved; `None` of one that is.

@@ -119,7 +119,7 @@ pub fn compare(
     let places = request.sources.places(section);
     let mut solved = Vec::new();
     for polarisation in [Polarisation::Te, Polarisation::Tm] {
-        progress(&format!("full wave, {polarisation:?}"))?;
+        progress(&format!("full wave, {polarisation}"))?;
         let field = body.solve(polarisation, &places)?;
         solved.push(BySource {
             rows: field.bins(&edges()),

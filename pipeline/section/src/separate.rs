@@ -72,7 +72,7 @@ pub fn separate(
     let body = body(section, request.resolution)?;
     let mut waves: [Vec<BySource>; 5] = Default::default();
     for polarisation in [Polarisation::Te, Polarisation::Tm] {
-        progress(&format!("full wave in parts, {polarisation:?}"))?;
+        progress(&format!("full wave in parts, {polarisation}"))?;
         for (all, one) in waves.iter_mut().zip(in_parts(&body, section, request, polarisation)?) {
             all.push(one);
         }

@@ -6,8 +6,8 @@ use geometry::profile::{Elements, Rounding, Shape, SphericalDome};
 use results::full_wave::Model;
 use section::compare::{Request, SourceRequest, body, compare};
 use section::dome::{Base, Section};
-use section::tables::{TableRequest, Tables};
-use section::trace::{Scene, Trial, trace};
+use section::tables::{TableRequest, Tables, kx_per_zone};
+use section::trace::{Scene, Traced, Trial, trace};
 
 const INDEX: [f64; 2] = [1.41, 1.0];
 
@@ -71,6 +71,64 @@ fn a_relief_far_below_the_wavelength_is_smooth() {
         let difference = (smooth.bins[i] - table.bins[i]).abs();
         // Chords of tables are solved once a ring; the normal is that of the place.
         assert!(difference < 5.0 * error + 2e-4, "bin {i}: {difference:e} ± {error:e}");
+    }
+}
+
+/// What meets the surface again is decided by its first meeting; where it goes then, by the second.
+#[test]
+fn a_smooth_surface_for_light_that_meets_it_again_changes_where_it_goes_alone() {
+    let section = paper(Shape::Os1, 4, 3.0);
+    let tables = Tables::solve(&section, TableRequest { tolerance: 1e-2, ..Default::default() });
+    let tables = tables.unwrap();
+    let (surfaces, tables) = (section.bands(), Some(&tables));
+    let places = SourceRequest { count: 8, ..SourceRequest::default() }.places(&section);
+    let at = |smooth_again, seed| {
+        let trial = Trial { smooth_again, ..Trial::default() };
+        let polarisation = Polarisation::Te;
+        let scene = Scene { surfaces: &surfaces, tables, index: INDEX, polarisation, trial };
+        trace(scene, &places, &edges(36), 400_000, seed)
+    };
+    let (plain, smooth) = (at(false, 1), at(true, 2));
+    let share = plain.met_again;
+    let error = (2.0 * share * (1.0 - share) / 400_000.0).sqrt();
+    assert!(share > 0.05 && (share - smooth.met_again).abs() < 4.0 * error, "{share} ± {error}");
+    for traced in [&plain, &smooth] {
+        let total = traced.bins.iter().sum::<f64>() + traced.lost;
+        assert!((total - 1.0).abs() < 1e-9, "{total}");
+    }
+    let chi_square = |a: &Traced, b: &Traced| {
+        let bins = (0..36).map(|i| {
+            let error = a.errors[i].hypot(b.errors[i]);
+            ((a.bins[i] - b.bins[i]) / error.max(1e-9)).powi(2)
+        });
+        bins.sum::<f64>()
+    };
+    assert!(chi_square(&plain, &at(false, 3)) < 80.0);
+    assert!(chi_square(&plain, &smooth) > 300.0, "{}", chi_square(&plain, &smooth));
+}
+
+/// A ring of 36 wavelengths has half of the nodes of a narrow one.
+#[test]
+#[ignore = "slow: two tables of a ring of 20 µm (20 s)"]
+fn nodes_of_a_wide_ring_are_enough() {
+    let section = paper(Shape::Os1, 1, 20.0);
+    assert_eq!([10.0, 36.0, 90.0].map(kx_per_zone), [8, 4, 2]);
+    let surfaces = section.bands();
+    let places = SourceRequest { count: 8, ..SourceRequest::default() }.places(&section);
+    let at = |kx_per_zone, seed| {
+        let tables = Tables::solve(&section, TableRequest { kx_per_zone, tolerance: 1e-2 });
+        let tables = tables.unwrap();
+        let polarisation = Polarisation::Te;
+        let (tables, trial) = (Some(&tables), Trial::default());
+        let scene = Scene { surfaces: &surfaces, tables, index: INDEX, polarisation, trial };
+        trace(scene, &places, &edges(36), 1_000_000, seed)
+    };
+    let (few, many) = (at(None, 1), at(Some(8), 2));
+    let largest = many.bins.iter().copied().fold(0.0, f64::max);
+    for i in 0..36 {
+        let error = few.errors[i].hypot(many.errors[i]);
+        let difference = (few.bins[i] - many.bins[i]).abs();
+        assert!(difference < 4.0 * error + 2e-3 * largest, "bin {i}: {difference:e} ± {error:e}");
     }
 }
 

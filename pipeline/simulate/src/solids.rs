@@ -119,10 +119,10 @@ impl Gap {
         } else {
             format!("they touch, and a gap of {of} is kept")
         };
-        let closes = if *is_with_film {
-            format!("where {first} meets it, optical_contact = \"all\" under {first} closes it")
-        } else if first == "the LED" {
+        let closes = if first == "the LED" {
             format!("{second} wets it where it holds the LED's box")
+        } else if *is_with_film {
+            format!("where {first} meets it, optical_contact = \"all\" under {first} closes it")
         } else if *width_mm > 0.0 {
             format!("to wet it, let {second} reach into {first} and write optical_contact")
         } else {

@@ -24,7 +24,7 @@ use metrics::far_field::PeakPlace;
 use metrics::figures;
 use metrics::plural::count;
 use metrics::quantity::Unit;
-use results::figure_entry::{FigureEntry, is_sum};
+use results::figure_entry::FigureEntry;
 use results::schema::UntilError;
 
 use super::observation::{Observation, check_figure};
@@ -190,15 +190,15 @@ where
                 PeakPlace::OffAxis | PeakPlace::OnAxis => estimate.error_left(figure),
             };
             let left = if left <= ROUNDING * estimate.value.abs() { 0.0 } else { left };
-            // A figure at the end of its range, such as a uniformity of 0, does not vary and says
-            // nothing of how well it is known.
-            // A sum that no path can reach is 0.
-            let is_nothing = estimate.value == 0.0 && left <= 0.0 && is_sum(figure);
+            // A sum that no path can reach is 0. Another figure at the end of its range, such as a
+            // uniformity of 0, does not vary and says nothing of how well it is known.
+            let is_sum = figures::find(figure).is_some_and(|known| known.is_sum());
+            let is_nothing = is_sum && estimate.value == 0.0 && left <= 0.0;
             let reached = is_nothing || left > 0.0 && left <= *error;
             let is_still = left <= 0.0 && batches >= STILL_BATCHES;
             let paths = mean.paths;
             drop(mean);
-            let bound = estimate.upper_bound.filter(|_| is_sum(figure));
+            let bound = estimate.bound_of_sum(figure);
             if let Some(bound) = bound.filter(|_| batches == 1) {
                 self.context.console.warn(&self.dark(bound, paths));
             }
@@ -212,13 +212,6 @@ where
                 || paths.saturating_add(of_batch) > self.rule.most_paths
             {
                 if !reached {
-                    let known = if left.is_infinite() {
-                        "not resolved".to_owned()
-                    } else if left > 0.0 {
-                        format!("known to {left:.2e}")
-                    } else {
-                        "at the end of its range, where it does not vary,".to_owned()
-                    };
                     let why = if is_still {
                         "further batches would not change that"
                     } else if is_out_of_reach {
@@ -226,11 +219,7 @@ where
                     } else {
                         "--most-paths allows no further batch"
                     };
-                    self.context.console.warn(&format!(
-                        "{}: {figure} is {known} after {}, not to {error:.2e}; {why}",
-                        self.what,
-                        count(paths, "path")
-                    ));
+                    self.context.console.warn(&self.unmet(left, paths, why));
                 }
                 let said = UntilError { figure: figure.clone(), error: *error, reached, batches };
                 return Ok((means, said));
@@ -254,6 +243,20 @@ where
             }
             batches += 1;
         }
+    }
+
+    /// Says that the figure is known to `left` after so many paths, and why no more follow.
+    fn unmet(&self, left: f64, paths: u64, why: &str) -> String {
+        let ErrorTarget { figure, error } = &self.rule.target;
+        let known = if left.is_infinite() {
+            "not resolved".to_owned()
+        } else if left > 0.0 {
+            format!("known to {left:.2e}")
+        } else {
+            "at the end of its range, where it does not vary,".to_owned()
+        };
+        let paths = count(paths, "path");
+        format!("{}: {figure} is {known} after {paths}, not to {error:.2e}; {why}", self.what)
     }
 
     /// Says that no path has reached the figure.

@@ -115,7 +115,7 @@ fn shapes(elements: &schema::Elements, at: &Context) -> Result<Vec<Shape>, Confi
     let mut shapes: Vec<Option<Shape>> = vec![None; elements.count];
     for (entry, schema::Shape { shared: range, kind }) in elements.shapes.iter().enumerate() {
         let table = format!("elements.shapes[{}].", entry + 1);
-        let at = &Context { file: at.file, table: &table };
+        let at = &Context { file: at.file, prefix: &table };
         if range.from < 1 || range.from > elements.count {
             return Err(at.value(
                 "from",

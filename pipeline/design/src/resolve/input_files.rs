@@ -21,7 +21,7 @@ use crate::schema::{self, DomeForm, Silicone, Spectrum, SpectrumForm};
 /// A file that cannot be read.
 pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
     let mut inputs: Vec<FileRecord> = Vec::new();
-    for name in Names::of_design(raw).0 {
+    for name in InputNames::of_design(raw).0 {
         let path = folder.join(name);
         let file = path.display().to_string();
         if inputs.iter().any(|known| known.file == file) {
@@ -35,9 +35,9 @@ pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
 
 /// Names of files, in the order of the tables.
 #[derive(Default)]
-struct Names<'a>(Vec<&'a String>);
+struct InputNames<'a>(Vec<&'a String>);
 
-impl<'a> Names<'a> {
+impl<'a> InputNames<'a> {
     fn of_design(raw: &'a schema::Design) -> Self {
         let mut names = Self::default();
         if let Some(dome) = &raw.dome {

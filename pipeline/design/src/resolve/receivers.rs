@@ -41,7 +41,7 @@ pub(crate) fn resolve(
     let mut bins = 0.0;
     for (number, receiver) in raw.iter().enumerate() {
         let table = format!("receivers[{}].", number + 1);
-        let at = &Context { file: at.file, table: &table };
+        let at = &Context { file: at.file, prefix: &table };
         let stated = &receiver.shared.name;
         at.file_name("name", stated)?;
         let name = stated.to_lowercase();
@@ -159,8 +159,8 @@ fn filter(
     let Some(raw) = raw else {
         return Ok(Filter::default());
     };
-    let table = format!("{}only.", at.table);
-    let at = &Context { file: at.file, table: &table };
+    let table = format!("{}only.", at.prefix);
+    let at = &Context { file: at.file, prefix: &table };
     let last_radii_mm = raw
         .last_elements
         .map(|List([first, last])| {

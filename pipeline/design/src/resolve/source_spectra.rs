@@ -140,7 +140,7 @@ impl Scope<'_> {
         let stated = own.then_some(EmitterLight::Design);
         let read = files::upward(&raw.file, folder);
         let (used, upward) = read
-            .map_err(|error| self.at.of_files(&error.context(format!("{}file", self.at.table))))?;
+            .map_err(|error| self.at.of_files(&error.context(format!("{}file", self.at.prefix))))?;
         let parts = match upward {
             Upward::Table(table) => self.far(raw, stated, table)?,
             Upward::Rays(lit) => self.rays(raw, stated, lit)?,

@@ -39,7 +39,7 @@ pub(crate) fn resolve(
     let mut checked: Vec<CheckedSource> = Vec::new();
     for (number, source) in raw.sources.iter().enumerate() {
         let table = format!("sources[{}].", number + 1);
-        let at = &Context { file: at.file, table: &table };
+        let at = &Context { file: at.file, prefix: &table };
         let SourceKeys { name, power, .. } = &source.shared;
         if name.is_empty() || checked.iter().any(|c| c.name() == name) {
             let expected = "a name, and none twice";
@@ -69,7 +69,7 @@ pub(crate) fn of_files(
     folder: &Path,
     at: &Context,
 ) -> Result<Option<SourceFile>, ConfigError> {
-    let at = &Context { file: at.file, table: "files.source." };
+    let at = &Context { file: at.file, prefix: "files.source." };
     let scope = Scope { at, weighting };
     let source = raw.files.source.as_ref();
     source.map(|raw| scope.upward(raw, folder)).transpose()
