@@ -38,6 +38,34 @@ fn three_models_of_one_section_are_written_alike_on_any_number_of_threads() {
     assert_eq!(csv.lines().count(), 73);
 }
 
+/// The models as they are stand among the variants with their distances, and a reference is no way
+/// from itself.
+#[test]
+fn assumptions_are_separated_from_the_same_full_wave() {
+    let folder = tempdir().expect("a folder");
+    let rings = ["full-wave", DESIGN, "--rings", "2", "--ring-width-um", "2", "--separate"];
+    let rest = ["--paths", "2e4", "--sources", "4", "--tolerance", "1e-4", "--out", "out"];
+    let said = json(folder.path(), &[&rings[..], &rest].concat());
+    let separated = said["separated"].as_array().expect("variants");
+    let number = |variant: &str, key: &str| {
+        let found = separated.iter().find(|one| one["variant"] == variant);
+        found.expect("the variant")[key].as_f64().expect("a number")
+    };
+    assert_eq!(separated.len(), 12);
+    let distances = said["comparison"]["distances"].as_array().expect("distances");
+    for model in ["hybrid", "rays"] {
+        let in_bins = |one: &&serde_json::Value| one["model"] == model && one["bin_deg"] == 2.5;
+        let distance = distances.iter().find(in_bins).expect("the distance");
+        assert_eq!(distance["rms"], number(model, "rms"), "{model}");
+    }
+    assert_eq!(number("mirror_as_power", "rms_mirror_as_power"), 0.0);
+    for variant in ["mirror_as_power", "rings_as_powers", "chords", "smooth_again"] {
+        assert!(number(variant, "rms") > 1e-3, "{variant}");
+    }
+    let again = number("hybrid", "met_again");
+    assert!((0.01..0.9).contains(&again), "{again}");
+}
+
 /// The part of `page` with the comparison.
 fn section(page: &str) -> &str {
     let begin = page.find("<section id=\"full-wave\"").expect("the section");
