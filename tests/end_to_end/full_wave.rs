@@ -38,8 +38,8 @@ fn three_models_of_one_section_are_written_alike_on_any_number_of_threads() {
     assert_eq!(csv.lines().count(), 73);
 }
 
-/// The models as they are stand among the variants with their distances, and a reference is no way
-/// from itself.
+/// The models as they are stand among the variants with the distances of the comparison; the distance
+/// of a reference from itself is 0.
 #[test]
 fn assumptions_are_separated_from_the_same_full_wave() {
     let folder = tempdir().expect("a folder");

@@ -51,7 +51,7 @@ pub(super) fn refused(
     ConfigError::Value { file, key: key.into(), got: got.into(), expected: expected.into() }
 }
 
-/// That of an optical contact.
+/// The error of an optical contact that does not fit.
 fn contact_refused(placing: &Placing, solid: &CheckedSolid, expected: String) -> ConfigError {
     let key = format!("{}.optical_contact", solid.table);
     refused(placing.design, key, solid.stated.shared.optical_contact.shown(), expected)
