@@ -6,15 +6,21 @@
 //! \[DLMF 3.6, 10.8\]; above by Hankel's asymptotic series \[DLMF 10.17\], whose smallest term,
 //! about e^(-2x), is then below rounding.
 
-use std::f64::consts::{FRAC_2_PI, FRAC_PI_4};
+#![expect(clippy::inline_always, reason = "compiled for the instructions that were found")]
+
+use std::f64::consts::{FRAC_1_PI, FRAC_2_PI};
 
 /// Euler's constant.
 pub const EULER: f64 = 0.577_215_664_901_532_9;
 
 /// From here on the asymptotic series is used.
-const ASYMPTOTIC_FROM: f64 = 25.0;
+pub(crate) const ASYMPTOTIC_FROM: f64 = 25.0;
 /// Below this J0 = 1 and J1 = x/2 to rounding, and only the leading terms of Y matter.
 const TINY: f64 = 1e-8;
+
+/// π/2 as a sum; the first two have 33 bits.
+const HALF_PI: [f64; 3] =
+    [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_6e-21];
 
 /// The four functions at one argument.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,8 +38,10 @@ pub struct Bessel {
 impl Bessel {
     /// At `x` > 0.
     pub fn at(x: f64) -> Self {
-        if x >= ASYMPTOTIC_FROM {
-            Self::asymptotic(x)
+        if x >= FEW_TERMS_FROM {
+            Self::asymptotic::<FEW_TERMS>(x)
+        } else if x >= ASYMPTOTIC_FROM {
+            Self::asymptotic::<TERMS>(x)
         } else if x > TINY {
             Self::recurrence(x)
         } else {
@@ -78,35 +86,66 @@ impl Bessel {
         }
     }
 
-    /// H_ν = sqrt(2/πx) exp(i(x - νπ/2 - π/4)) (P + iQ) by [`HANKEL`].
-    fn asymptotic(x: f64) -> Self {
-        let amplitude = (FRAC_2_PI / x).sqrt();
-        let (sin, cos) = (x - FRAC_PI_4).sin_cos();
+    /// H_ν = sqrt(2/πx) exp(i(x - νπ/2 - π/4)) (P + iQ) by `COUNT` pairs of terms of [`HANKEL`]: one
+    /// straight line for lanes of arguments.
+    #[inline(always)]
+    pub(crate) fn asymptotic<const COUNT: usize>(x: f64) -> Self {
+        // With the amplitude over sqrt(2): sine and cosine of x - π/4 are sin x - cos x and
+        // sin x + cos x times that.
         let inverse = 1.0 / x;
+        let amplitude = (FRAC_1_PI * inverse).sqrt();
+        let (sin, cos) = sin_cos(x);
+        let (sin, cos) = (amplitude * (sin - cos), amplitude * (sin + cos));
         let square = inverse * inverse;
-        // Terms fall as k!/(2x)^k.
-        let count = if x < FEW_TERMS_FROM { TERMS } else { FEW_TERMS };
-        let [(p0, q0), (p1, q1)] = [&HANKEL[0], &HANKEL[1]].map(|terms| {
-            let start = (0.0, 0.0);
-            let (p, q) = terms[..count]
-                .iter()
-                .rev()
-                .fold(start, |(p, q), term| (p * square + term[0], q * square + term[1]));
-            (amplitude * p, amplitude * inverse * q)
-        });
+        let (mut p0, mut q0, mut p1, mut q1) = (0.0, 0.0, 0.0, 0.0);
+        for j in (0..COUNT).rev() {
+            p0 = p0 * square + HANKEL[0][j][0];
+            q0 = q0 * square + HANKEL[0][j][1];
+            p1 = p1 * square + HANKEL[1][j][0];
+            q1 = q1 * square + HANKEL[1][j][1];
+        }
+        let (q0, q1) = (q0 * inverse, q1 * inverse);
         Self {
             j0: p0 * cos - q0 * sin,
             y0: p0 * sin + q0 * cos,
             j1: p1 * sin + q1 * cos,
-            y1: -p1 * cos + q1 * sin,
+            y1: q1 * sin - p1 * cos,
         }
     }
 }
 
-/// Pairs of terms of Hankel's series at every argument, and from [`FEW_TERMS_FROM`] on.
-const TERMS: usize = 13;
-const FEW_TERMS: usize = 7;
-const FEW_TERMS_FROM: f64 = 60.0;
+/// Sine and cosine of 0 <= x < 1e6 without branches: π/2 in parts whose products with the number of
+/// quadrants are exact \[Cody1980\], and Taylor's series on the quadrant.
+#[inline(always)]
+fn sin_cos(x: f64) -> (f64, f64) {
+    // Adding it rounds to a whole number, which stands in the lowest bits.
+    const ROUND: f64 = 6_755_399_441_055_744.0;
+    let shifted = x * FRAC_2_PI + ROUND;
+    let (quadrant, count) = (shifted.to_bits(), shifted - ROUND);
+    let r = ((x - count * HALF_PI[0]) - count * HALF_PI[1]) - count * HALF_PI[2];
+    let square = r * r;
+    let (mut sin, mut cos) = (0.0, 0.0);
+    for k in (1..=8).rev() {
+        let even = 2.0 * f64::from(k);
+        sin = (1.0 + sin) * (-1.0 / (even * (even + 1.0))) * square;
+        cos = (1.0 + cos) * (-1.0 / (even * (even - 1.0))) * square;
+    }
+    let (sin, cos) = (r + r * sin, 1.0 + cos);
+    let (sin, cos) = if quadrant & 1 == 0 { (sin, cos) } else { (cos, sin) };
+    (signed(sin, quadrant), signed(cos, quadrant + 1))
+}
+
+/// The value with its sign turned in the third and fourth of four quadrants.
+#[inline(always)]
+fn signed(value: f64, quadrant: u64) -> f64 {
+    f64::from_bits(value.to_bits() ^ ((quadrant & 2) << 62))
+}
+
+/// Pairs of terms of Hankel's series at every argument, and from [`FEW_TERMS_FROM`] on. Terms fall as
+/// k!/(2x)^k.
+pub(crate) const TERMS: usize = 13;
+pub(crate) const FEW_TERMS: usize = 7;
+pub(crate) const FEW_TERMS_FROM: f64 = 60.0;
 
 /// For ν = 0 and 1: factors of x^-2j in P and of x^-(2j+1) in Q, (-1)^j a_2j and (-1)^j a_2j+1 with
 /// a_k/a_{k-1} = (4ν² - (2k-1)²)/(8k).
@@ -197,10 +236,20 @@ mod tests {
     }
 
     #[test]
+    fn sines_are_right_to_the_last_digit() {
+        let mut x = 1e-3_f64;
+        while x < 1e6 {
+            let (sin, cos) = sin_cos(x);
+            assert!((sin - x.sin()).abs().max((cos - x.cos()).abs()) < 2.3e-16, "x = {x:e}");
+            x *= 1.000_37;
+        }
+    }
+
+    #[test]
     fn both_ways_agree_where_they_meet() {
         for i in 0..100 {
             let x = ASYMPTOTIC_FROM - 2.0 + 0.04 * f64::from(i);
-            let (a, b) = (Bessel::recurrence(x), Bessel::asymptotic(x));
+            let (a, b) = (Bessel::recurrence(x), Bessel::asymptotic::<TERMS>(x));
             for (a, b) in [(a.j0, b.j0), (a.j1, b.j1), (a.y0, b.y0), (a.y1, b.y1)] {
                 assert!((a - b).abs() < 2e-15, "x = {x}: {a:e} and {b:e}");
             }

@@ -12,7 +12,7 @@ use crate::kernel::Media;
 use crate::mesh::{Corner, PER_SIDE};
 use crate::outline::Curve;
 use crate::panel::{Block, Panel, Reflection, add};
-use crate::quadrature::{NODES, rule};
+use crate::quadrature::{NODES, PerNode, rule};
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 use num_complex::Complex64;
@@ -88,8 +88,11 @@ impl Fine {
                     let mut block = Block::default();
                     let (target, source) = (&panels[target], &panels[source]);
                     add(media, target, source, Reflection::IDENTITY, 1.0, &mut block);
-                    for_each(&block, |row, column, value| {
-                        matrix[(t * PER_PANEL + row, s * PER_PANEL + column)] = value;
+                    for_each_column(&block, |row, column, [re, im]| {
+                        for i in 0..NODES {
+                            let (row, column) = (t * PER_PANEL + row + i, s * PER_PANEL + column);
+                            matrix[(row, column)] = Complex64::new(re[i], im[i]);
+                        }
                     });
                 }
             }
@@ -105,14 +108,12 @@ impl Fine {
     }
 }
 
-/// Visits the entries of a block by row and column of a pair of panels.
-pub(crate) fn for_each(block: &Block, mut visit: impl FnMut(usize, usize, Complex64)) {
+/// Visits the columns of a block by first row, column, and real and imaginary part of the rows.
+pub(crate) fn for_each_column(block: &Block, mut visit: impl FnMut(usize, usize, &[PerNode; 2])) {
     for (row, columns) in block.iter().enumerate() {
-        for (column, targets) in columns.iter().enumerate() {
-            for (i, sources) in targets.iter().enumerate() {
-                for (j, value) in sources.iter().enumerate() {
-                    visit(row * NODES + i, column * NODES + j, *value);
-                }
+        for (column, sources) in columns.iter().enumerate() {
+            for (j, parts) in sources.iter().enumerate() {
+                visit(row * NODES, column * NODES + j, parts);
             }
         }
     }

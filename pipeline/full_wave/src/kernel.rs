@@ -6,8 +6,12 @@
 //! exactly, not by subtraction of large numbers. The part that multiplies log r is the same
 //! expression of (2i/π) J0 and (2i/π) kr J1.
 
-use crate::bessel::{Bessel, EULER};
+#![expect(clippy::inline_always, reason = "compiled for the instructions that were found")]
+
+use crate::bessel::{ASYMPTOTIC_FROM, Bessel, EULER, FEW_TERMS, FEW_TERMS_FROM, TERMS};
+use crate::quadrature::{NODES, PerNode};
 use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::{FRAC_1_PI, FRAC_2_PI, PI};
 
 /// From here on A(z) is computed from H1, below by its power series.
@@ -25,6 +29,7 @@ pub(crate) struct Media {
 
 impl Media {
     /// Factor of the second equation, so that its diagonal is 1.
+    #[inline(always)]
     pub fn second(&self) -> f64 {
         2.0 / (self.weight[0] + self.weight[1])
     }
@@ -129,6 +134,7 @@ pub(crate) type Entry = [[Complex64; 2]; 2];
 
 /// Returns the kernels from the functions of the two media. `constant` is 2i/π for the kernels
 /// themselves and 0 for their logarithmic part.
+#[inline(always)]
 fn entry(media: &Media, pair: &Pair, waves: [Radial; 2], constant: Complex64) -> Entry {
     let [inside, outside] = waves;
     let [w1, w2] = media.weight;
@@ -136,8 +142,8 @@ fn entry(media: &Media, pair: &Pair, waves: [Radial; 2], constant: Complex64) ->
     let r2 = pair.r * pair.r;
     let a = inside.a - outside.a;
     // z² H2 + 4i/π = 2 A - z² H0.
-    let z2 = |index: f64| index * index * r2;
-    let b = 2.0 * a - z2(media.index[0]) * inside.h + z2(media.index[1]) * outside.h;
+    let [z2, y2] = [media.index[0] * media.index[0] * r2, media.index[1] * media.index[1] * r2];
+    let b = 2.0 * a - z2 * inside.h + y2 * outside.h;
     let second = quarter * media.second();
     [
         [quarter * a * pair.source, -quarter * (w1 * inside.h - w2 * outside.h)],
@@ -155,6 +161,113 @@ pub(crate) fn kernels(media: &Media, pair: &Pair) -> (Entry, Entry) {
         entry(media, pair, [inside.0, outside.0], Complex64::new(0.0, FRAC_2_PI)),
         entry(media, pair, [inside.1, outside.1], Complex64::ZERO),
     )
+}
+
+/// Places of the nodes of a panel relative to one point.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Pairs {
+    r: PerNode,
+    source: PerNode,
+    target: PerNode,
+    normals: PerNode,
+}
+
+impl Pairs {
+    pub fn new(pair: impl Fn(usize) -> Pair) -> Self {
+        let mut pairs = Self::default();
+        for i in 0..NODES {
+            let Pair { r, source, target, normals } = pair(i);
+            pairs.r[i] = r;
+            pairs.source[i] = source;
+            pairs.target[i] = target;
+            pairs.normals[i] = normals;
+        }
+        pairs
+    }
+
+    #[inline(always)]
+    fn pair(&self, i: usize) -> Pair {
+        let (r, normals) = (self.r[i], self.normals[i]);
+        Pair { r, source: self.source[i], target: self.target[i], normals }
+    }
+
+    /// Least distance.
+    pub fn least(&self) -> f64 {
+        self.r.iter().copied().fold(f64::INFINITY, f64::min)
+    }
+}
+
+/// Kernels of a row and a column at the nodes of a panel, real and imaginary part.
+pub(crate) type Entries = [[[PerNode; 2]; 2]; 2];
+
+/// Returns the kernels of [`kernels`] at all nodes of a panel.
+pub(crate) fn kernels_of_panel(media: &Media, pairs: &Pairs) -> Entries {
+    let least = pairs.least() * media.index[0].min(media.index[1]);
+    if least >= FEW_TERMS_FROM {
+        Arch::new().dispatch(Far::<FEW_TERMS>(media, pairs))
+    } else if least >= ASYMPTOTIC_FROM {
+        Arch::new().dispatch(Far::<TERMS>(media, pairs))
+    } else {
+        let mut entries = Entries::default();
+        for i in 0..NODES {
+            put(&mut entries, i, &kernels(media, &pairs.pair(i)).0);
+        }
+        entries
+    }
+}
+
+/// Kernels at the nodes of a panel by `COUNT` pairs of terms of Hankel's series: the same operations
+/// lane by lane, with the widest instructions that the machine has. No bit depends on them.
+struct Far<'a, const COUNT: usize>(&'a Media, &'a Pairs);
+
+impl<const COUNT: usize> WithSimd for Far<'_, COUNT> {
+    type Output = Entries;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Entries {
+        let Self(media, pairs) = self;
+        let mut waves = [Waves::default(); 2];
+        for (waves, index) in waves.iter_mut().zip(media.index) {
+            for i in 0..NODES {
+                let z = index * pairs.r[i];
+                let Bessel { j0, j1, y0, y1 } = Bessel::asymptotic::<COUNT>(z);
+                (waves.h[0][i], waves.h[1][i]) = (j0, y0);
+                (waves.a[0][i], waves.a[1][i]) = (z * j1, z * y1 + FRAC_2_PI);
+            }
+        }
+        let constant = Complex64::new(0.0, FRAC_2_PI);
+        let mut entries = Entries::default();
+        for i in 0..NODES {
+            let waves = [waves[0].at(i), waves[1].at(i)];
+            put(&mut entries, i, &entry(media, &pairs.pair(i), waves, constant));
+        }
+        entries
+    }
+}
+
+/// H0 and A at the nodes of a panel, real and imaginary part.
+#[derive(Clone, Copy, Default)]
+struct Waves {
+    h: [PerNode; 2],
+    a: [PerNode; 2],
+}
+
+impl Waves {
+    #[inline(always)]
+    fn at(&self, i: usize) -> Radial {
+        let complex = |parts: &[PerNode; 2]| Complex64::new(parts[0][i], parts[1][i]);
+        Radial { h: complex(&self.h), a: complex(&self.a) }
+    }
+}
+
+#[inline(always)]
+fn put(entries: &mut Entries, i: usize, entry: &Entry) {
+    for row in 0..2 {
+        for column in 0..2 {
+            entries[row][column][0][i] = entry[row][column].re;
+            entries[row][column][1][i] = entry[row][column].im;
+        }
+    }
 }
 
 /// Returns the limit at one point of a curve of the kernels less their logarithmic part times

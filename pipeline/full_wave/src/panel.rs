@@ -5,10 +5,9 @@
 //! the logarithm has weights of its own \[Helsing2008\]; close to it the panel is halved until its
 //! pieces are at least twice as far away as they are long; elsewhere Gauss-Legendre does.
 
-use crate::kernel::{Entry, Media, Pair, diagonal, kernels};
+use crate::kernel::{Entry, Media, Pair, Pairs, diagonal, kernels, kernels_of_panel};
 use crate::outline::Curve;
 use crate::quadrature::{NODES, PerNode, rule};
-use num_complex::Complex64;
 
 /// A piece nearer than this many of its lengths is halved.
 const NEAR: f64 = 0.5;
@@ -88,8 +87,9 @@ impl Panel {
     }
 }
 
-/// Kernels times weights: `[row][column][target node][source node]`.
-pub(crate) type Block = [[[[Complex64; NODES]; NODES]; 2]; 2];
+/// Kernels times weights: `[row][column][source node][part][target node]`, the part real or
+/// imaginary.
+pub(crate) type Block = [[[[PerNode; 2]; NODES]; 2]; 2];
 
 /// Adds `factor` times the kernels from `source`, reflected, to `target`.
 pub(crate) fn add(
@@ -105,36 +105,52 @@ pub(crate) fn add(
         add_touching(media, target, source, factor, block);
         return;
     }
+    let along = one_curve.then_some(source.curve.curvature);
     let [x, z] = target.middle();
     let [sx, sz] = image.of(source.middle());
     let reach = 0.5 * target.length() + (0.5 + NEAR) * source.length();
-    let may_be_near = (x - sx).hypot(z - sz) < reach;
-    for (i, node) in target.nodes.iter().enumerate() {
-        let pair = |along: f64| {
-            if one_curve {
-                return Pair::along(source.curve.curvature, node.along - along);
-            }
-            let (point, normal) = (source.curve.point(along), source.curve.normal(along));
-            Pair::apart(node.point, node.normal, image.of(point), image.of(normal))
-        };
-        if may_be_near {
+    if (x - sx).hypot(z - sz) < reach {
+        for (i, node) in target.nodes.iter().enumerate() {
+            let pair = |s: f64| {
+                if let Some(curvature) = along {
+                    return Pair::along(curvature, node.along - s);
+                }
+                let (point, normal) = (source.curve.point(s), source.curve.normal(s));
+                Pair::apart(node.point, node.normal, image.of(point), image.of(normal))
+            };
             let identity = std::array::from_fn(unit);
             let whole = Piece { start: source.start, end: source.end, basis: &identity };
-            add_near(media, &pair, &whole, 0, &mut |j, entry: &Entry, weight| {
-                put(block, i, j, entry, factor * weight);
+            add_near(media, &pair, &whole, 0, &mut |j, part: [[[f64; 2]; 2]; 2]| {
+                for (row, column, part_of) in parts() {
+                    block[row][column][j][part_of][i] += factor * part[row][column][part_of];
+                }
             });
-        } else {
-            for (j, from) in source.nodes.iter().enumerate() {
-                let pair = if one_curve {
-                    pair(from.along)
-                } else {
-                    let (point, normal) = (image.of(from.point), image.of(from.normal));
-                    Pair::apart(node.point, node.normal, point, normal)
-                };
-                put(block, i, j, &kernels(media, &pair).0, factor * from.weight);
+        }
+        return;
+    }
+    for (j, from) in source.nodes.iter().enumerate() {
+        let (point, normal) = (image.of(from.point), image.of(from.normal));
+        let pairs = Pairs::new(|i| {
+            let to = &target.nodes[i];
+            match along {
+                Some(curvature) => Pair::along(curvature, to.along - from.along),
+                None => Pair::apart(to.point, to.normal, point, normal),
+            }
+        });
+        let entries = kernels_of_panel(media, &pairs);
+        let weight = factor * from.weight;
+        for (row, column, part) in parts() {
+            let lanes = &mut block[row][column][j][part];
+            for (lane, entry) in lanes.iter_mut().zip(entries[row][column][part]) {
+                *lane += weight * entry;
             }
         }
     }
+}
+
+/// Rows, columns and parts of the kernels.
+fn parts() -> impl Iterator<Item = (usize, usize, usize)> {
+    (0..8).map(|k| (k / 4, k / 2 % 2, k % 2))
 }
 
 fn unit(j: usize) -> PerNode {
@@ -142,10 +158,9 @@ fn unit(j: usize) -> PerNode {
 }
 
 fn put(block: &mut Block, i: usize, j: usize, entry: &Entry, weight: f64) {
-    for row in 0..2 {
-        for column in 0..2 {
-            block[row][column][i][j] += entry[row][column] * weight;
-        }
+    for (row, column, part) in parts() {
+        let value = entry[row][column];
+        block[row][column][j][part][i] += weight * [value.re, value.im][part];
     }
 }
 
@@ -163,13 +178,12 @@ fn add_near(
     pair: &impl Fn(f64) -> Pair,
     piece: &Piece,
     halvings: u32,
-    out: &mut impl FnMut(usize, &Entry, f64),
+    out: &mut impl FnMut(usize, [[[f64; 2]; 2]; 2]),
 ) {
     let rule = rule();
     let (mid, half) = (0.5 * (piece.start + piece.end), 0.5 * (piece.end - piece.start));
-    let pairs: [Pair; NODES] = std::array::from_fn(|m| pair(mid + half * rule.nodes[m]));
-    let distance = pairs.iter().map(|pair| pair.r).fold(f64::INFINITY, f64::min);
-    if distance < NEAR * 2.0 * half && halvings < MAX_HALVINGS {
+    let pairs = Pairs::new(|m| pair(mid + half * rule.nodes[m]));
+    if pairs.least() < NEAR * 2.0 * half && halvings < MAX_HALVINGS {
         for (side, (start, end)) in [(piece.start, mid), (mid, piece.end)].into_iter().enumerate() {
             let basis: [PerNode; NODES] = std::array::from_fn(|m| {
                 let row = &rule.to_halves[side][m];
@@ -179,12 +193,11 @@ fn add_near(
         }
         return;
     }
-    for (m, pair) in pairs.iter().enumerate() {
-        let (entry, _) = kernels(media, pair);
-        let weight = half * rule.weights[m];
-        for j in 0..NODES {
-            out(j, &entry, weight * piece.basis[m][j]);
-        }
+    let entries = kernels_of_panel(media, &pairs);
+    for j in 0..NODES {
+        let weights: PerNode = std::array::from_fn(|m| half * rule.weights[m] * piece.basis[m][j]);
+        let sum = |lanes: PerNode| lanes.iter().zip(&weights).map(|(l, w)| l * w).sum();
+        out(j, entries.map(|row| row.map(|parts| parts.map(sum))));
     }
 }
 

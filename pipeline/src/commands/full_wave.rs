@@ -32,8 +32,8 @@ use super::outputs::writable;
 /// Share of the free memory that is taken without `--memory-gib`.
 const MEMORY_SHARE: f64 = 0.6;
 /// Kernels and floating-point operations a second and core, for the time said beforehand.
-const KERNELS_PER_SECOND: f64 = 6e6;
-const OPERATIONS_PER_SECOND: f64 = 5e10;
+const KERNELS_PER_SECOND: f64 = 1.2e7;
+const OPERATIONS_PER_SECOND: f64 = 1.2e11;
 /// Seconds beyond which fewer rings are taken by default.
 const DEFAULT_SECONDS: f64 = 600.0;
 /// Tables of the far fields and their picture, beside [`FILE`].
