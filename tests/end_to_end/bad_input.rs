@@ -304,7 +304,7 @@ const COMMANDS: [(&str, &[&str]); 108] = [
     ("full-wave d1.toml --rings 2 --ring-width-um 2 --scale 1", &["--scale"]),
     (
         "full-wave d1.toml --rings 4 --memory-gib 0.001",
-        &["d1.toml", "memory: expected at most 0.001 GiB", "unknowns"],
+        &["d1.toml: --memory-gib, --rings", "memory: expected at most 0.001 GiB", "unknowns"],
     ),
     ("full-wave d1.toml --rings 2 --out file", &["cannot write into `file`", "got the file"]),
     (

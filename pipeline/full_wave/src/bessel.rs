@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Bessel functions of order 0 and 1 of a positive real argument: J0, J1, Y0, Y1.
 //!
-//! In: x > 0. Out: all four, to an absolute error of a few 1e-16 (relative to the larger of |Y| and
+//! In: 0 < x < 1e6. Out: all four, to an absolute error of a few 1e-16 (relative to the larger of |Y| and
 //! 1). Below an argument of 25 by Miller's backward recurrence for J_n and Neumann's series for Y
 //! \[DLMF 3.6, 10.8\]; above by Hankel's asymptotic series \[DLMF 10.17\], whose smallest term,
 //! about e^(-2x), is then below rounding.
@@ -36,7 +36,7 @@ pub struct Bessel {
 }
 
 impl Bessel {
-    /// At `x` > 0.
+    /// At 0 < `x` < 1e6.
     pub fn at(x: f64) -> Self {
         if x >= FEW_TERMS_FROM {
             Self::asymptotic::<FEW_TERMS>(x)
@@ -114,10 +114,10 @@ impl Bessel {
     }
 }
 
-/// Sine and cosine of 0 <= x < 1e6 without branches: π/2 in parts whose products with the number of
+/// Sine and cosine of |x| < 1e6 without branches: π/2 in parts whose products with the number of
 /// quadrants are exact \[Cody1980\], and Taylor's series on the quadrant.
 #[inline(always)]
-fn sin_cos(x: f64) -> (f64, f64) {
+pub(crate) fn sin_cos(x: f64) -> (f64, f64) {
     // Adding it rounds to a whole number, which stands in the lowest bits.
     const ROUND: f64 = 6_755_399_441_055_744.0;
     let shifted = x * FRAC_2_PI + ROUND;
@@ -239,8 +239,8 @@ mod tests {
     fn sines_are_right_to_the_last_digit() {
         let mut x = 1e-3_f64;
         while x < 1e6 {
-            let (sin, cos) = sin_cos(x);
-            assert!((sin - x.sin()).abs().max((cos - x.cos()).abs()) < 2.3e-16, "x = {x:e}");
+            let (sin, cos) = sin_cos(-x);
+            assert!((sin + x.sin()).abs().max((cos - x.cos()).abs()) < 2.3e-16, "x = {x:e}");
             x *= 1.000_37;
         }
     }

@@ -1,14 +1,66 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Field of the sources: power emitted, far field, power by angle.
 
+use crate::bessel::sin_cos;
 use crate::compression::{CMat, PER_PANEL};
 use crate::kernel::{Media, Pair, radial};
 use crate::mesh::Mesh;
-use crate::panel::Node;
+use crate::panel::{Node, Reflection};
 use crate::quadrature::{NODES, rule};
 use num_complex::Complex64;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_2_PI, PI, TAU};
+
+/// Angles of the far field that are computed together.
+const ANGLES: usize = 64;
+
+/// Plane waves exp(-ik d·x) of the images of a node, and their derivatives along the normal, in all
+/// directions d: the same operations lane by lane.
+struct PlaneWaves<'a> {
+    k: f64,
+    /// x and z.
+    directions: &'a [[f64; ANGLES]; 2],
+    node: &'a Node,
+    /// With their sign.
+    images: Vec<(Reflection, f64)>,
+}
+
+impl WithSimd for PlaneWaves<'_> {
+    /// Sums over images on the same side of the axis and on the other: derivatives and waves, real and
+    /// imaginary part, times the weight of the node.
+    type Output = [[[[f64; ANGLES]; 2]; 2]; 2];
+
+    #[expect(clippy::inline_always, reason = "compiled for the instructions that were found")]
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let Self { k, directions: [dx, dz], node, images } = self;
+        let [x, z] = node.point;
+        let (mut across, mut up) = ([[0.0; ANGLES]; 2], [[0.0; ANGLES]; 2]);
+        for i in 0..ANGLES {
+            (across[1][i], across[0][i]) = sin_cos(k * dx[i] * x);
+            (up[1][i], up[0][i]) = sin_cos(k * dz[i] * z);
+        }
+        let mut sums = [[[[0.0; ANGLES]; 2]; 2]; 2];
+        for (image, sign) in images {
+            let [nx, nz] = image.of(node.normal);
+            let weight = sign * node.weight;
+            let [turn_x, turn_z] = image.of([1.0, 1.0]);
+            let [derivatives, waves] = &mut sums[usize::from(image.x)];
+            for i in 0..ANGLES {
+                let (sx, sz) = (turn_x * across[1][i], turn_z * up[1][i]);
+                let re = weight * (across[0][i] * up[0][i] - sx * sz);
+                let im = -weight * (sx * up[0][i] + across[0][i] * sz);
+                let along = k * (dx[i] * nx + dz[i] * nz);
+                derivatives[0][i] += along * im;
+                derivatives[1][i] -= along * re;
+                waves[0][i] += re;
+                waves[1][i] += im;
+            }
+        }
+        sums
+    }
+}
 
 /// Solution for all sources.
 #[derive(Clone, Debug)]
@@ -125,7 +177,6 @@ impl Field {
         angles: &[f64],
         kept: &(impl Fn(f64) -> bool + Sync),
     ) -> Vec<Vec<Complex64>> {
-        let k = self.media.index[1];
         let sides: &[f64] = if self.parts.len() > 1 { &[1.0, -1.0] } else { &[1.0] };
         let panels: Vec<usize> = (0..self.mesh.panels.len())
             .filter(|&p| {
@@ -144,17 +195,15 @@ impl Field {
             })
             .collect();
         let rows: Vec<Vec<Vec<Complex64>>> = angles
-            .par_chunks(64)
+            .par_chunks(ANGLES)
             .map(|angles| {
                 let mut sum = CMat::zeros(angles.len(), count);
                 let size = panels.len() * PER_PANEL;
                 let mut waves = vec![CMat::zeros(angles.len(), size); chosen.len()];
-                for (row, angle) in angles.iter().enumerate() {
-                    let (x, z) = angle.sin_cos();
-                    self.plane_wave(k, [x, z], &panels, kept, |part, column, value| {
-                        waves[part][(row, column)] = value;
-                    });
-                }
+                self.plane_waves(angles, &panels, kept, |part, column, values| {
+                    let column = waves[part].col_as_slice_mut(column);
+                    column.copy_from_slice(&values[..angles.len()]);
+                });
                 for (columns, waves) in chosen.iter().zip(waves) {
                     sum += waves * columns;
                 }
@@ -166,39 +215,36 @@ impl Field {
         rows.into_iter().flatten().collect()
     }
 
-    /// Factors of the densities in the far field along a direction, for each part.
-    fn plane_wave(
+    /// Factors of the densities in the far field at angles, for each part and unknown.
+    fn plane_waves(
         &self,
-        k: f64,
-        direction: [f64; 2],
+        angles: &[f64],
         panels: &[usize],
         kept: &impl Fn(f64) -> bool,
-        mut put: impl FnMut(usize, usize, Complex64),
+        mut put: impl FnMut(usize, usize, &[Complex64; ANGLES]),
     ) {
+        let mut directions = [[0.0; ANGLES]; 2];
+        for (i, angle) in angles.iter().enumerate() {
+            (directions[0][i], directions[1][i]) = angle.sin_cos();
+        }
+        let [_, k] = self.media.index;
         for (p, &panel) in panels.iter().enumerate() {
             for (i, node) in self.mesh.panels[panel].nodes.iter().enumerate() {
-                let [across, up] =
-                    [0, 1].map(|i| Complex64::cis(-k * direction[i] * node.point[i]));
-                // Sums over images on the same side of the axis, and on the other.
-                let mut sides = [[Complex64::ZERO; 2]; 2];
-                for &image in &self.mesh.images {
-                    if !kept(image.of(node.point)[0]) {
-                        continue;
-                    }
-                    let sign = image.sign(1.0, self.mirror) * node.weight;
-                    let normal = image.of(node.normal);
-                    let across = if image.x { across.conj() } else { across };
-                    let up = if image.z { up.conj() } else { up };
-                    let wave = across * up * sign;
-                    let along = direction[0] * normal[0] + direction[1] * normal[1];
-                    let [field, derivative] = &mut sides[usize::from(image.x)];
-                    *field += wave * Complex64::new(0.0, -k * along);
-                    *derivative -= wave * self.media.weight[1];
-                }
-                let [same, other] = sides;
+                let images = self.mesh.images.iter().copied();
+                let images = images.filter(|image| kept(image.of(node.point)[0]));
+                let images = images.map(|image| (image, image.sign(1.0, self.mirror))).collect();
+                let waves = PlaneWaves { k, directions: &directions, node, images };
+                let [same, other] = Arch::new().dispatch(waves);
                 for (part, (parity, _)) in self.parts.iter().enumerate() {
-                    put(part, p * PER_PANEL + i, same[0] + parity * other[0]);
-                    put(part, p * PER_PANEL + NODES + i, same[1] + parity * other[1]);
+                    for (density, factor) in [1.0, -self.media.weight[1]].into_iter().enumerate() {
+                        let [re, im] = [0, 1].map(|k| (&same[density][k], &other[density][k]));
+                        let sum = |(same, other): (&[f64; ANGLES], &[f64; ANGLES]), i: usize| {
+                            factor * (same[i] + parity * other[i])
+                        };
+                        let values =
+                            std::array::from_fn(|i| Complex64::new(sum(re, i), sum(im, i)));
+                        put(part, p * PER_PANEL + density * NODES + i, &values);
+                    }
                 }
             }
         }

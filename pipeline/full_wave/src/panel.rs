@@ -120,9 +120,9 @@ pub(crate) fn add(
             };
             let identity = std::array::from_fn(unit);
             let whole = Piece { start: source.start, end: source.end, basis: &identity };
-            add_near(media, &pair, &whole, 0, &mut |j, part: [[[f64; 2]; 2]; 2]| {
-                for (row, column, part_of) in parts() {
-                    block[row][column][j][part_of][i] += factor * part[row][column][part_of];
+            add_near(media, &pair, &whole, 0, &mut |j, kernels: [[[f64; 2]; 2]; 2]| {
+                for (row, column, part) in parts() {
+                    block[row][column][j][part][i] += factor * kernels[row][column][part];
                 }
             });
         }

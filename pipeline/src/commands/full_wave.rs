@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
-use full_wave::{Cost, Resolution};
+use full_wave::{Cost, FullWaveError, Resolution};
 use rcwa::guard::free_bytes;
 use section::compare::{FINE_DEG, Request, SourceRequest, WIDTHS_DEG, body, compare, figures};
 use section::dome::{Base, Section};
@@ -116,7 +116,7 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     writable(&arguments.out)?;
     let section = scaled_section(design, arguments, resolution)?;
     let sources = source_request(design, &section, arguments.sources);
-    let body = body(&section, resolution)?;
+    let body = body(&section, resolution).map_err(with_options)?;
     body.check_sources(&sources.places(&section)).context(
         "led.size_mm, led.offset_mm, led.height_mm: sources over the LED, scaled with the dome",
     )?;
@@ -155,6 +155,16 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
         let tables = table(&file) + &separated_table(&separated);
         format!("{tables}\nwritten to {}", arguments.out.display())
     })
+}
+
+/// The options that change what memory full wave needs or has, where it has too little.
+fn with_options(error: anyhow::Error) -> anyhow::Error {
+    match error.downcast_ref() {
+        Some(FullWaveError::Memory { .. }) => {
+            error.context("--memory-gib, --rings, --ring-width-um, --tolerance")
+        }
+        _ => error,
+    }
 }
 
 /// Nodes that the tolerance needs, or more, and the memory.
@@ -220,7 +230,11 @@ fn scaled_section(
     }
     match found {
         Some(section) => Ok(section),
-        None => make(1).and_then(|section| body(&section, resolution).map(|_| section)),
+        None => {
+            let section = make(1)?;
+            body(&section, resolution).map_err(with_options)?;
+            Ok(section)
+        }
     }
 }
 
