@@ -10,7 +10,7 @@ use crate::mesh::Mesh;
 use crate::outline::{Outline, Surroundings, winding};
 use crate::panel::{Node, Panel, Reflection};
 use crate::quadrature::NODES;
-use crate::system::System;
+use crate::system::{LU_WIDTH, System};
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -101,7 +101,8 @@ pub struct Cost {
     pub bytes: f64,
     /// Pairs of points whose kernels are computed for one polarisation.
     pub kernels: f64,
-    /// Floating-point operations of the factorisations for one polarisation.
+    /// Floating-point operations of the factorisations for one polarisation, a complex product counted
+    /// as four real ones.
     pub operations: f64,
 }
 
@@ -162,8 +163,9 @@ impl Body {
         let unknowns = self.mesh.panels.len() * PER_PANEL;
         let n = unknowns as f64;
         let matrices = self.parities().len();
-        // Two numbers in single precision each, and what a factorisation needs beside them.
-        let each = 8.0 * n * n * 1.05;
+        // Two numbers in single precision each, three of a block of columns, and what a factorisation
+        // needs beside them.
+        let each = 8.0 * n * n * 1.05 + 12.0 * n * LU_WIDTH as f64;
         let held = if each * matrices as f64 > self.max_bytes { 1 } else { matrices };
         let points = 0.5 * n;
         Cost {

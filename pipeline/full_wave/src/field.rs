@@ -27,8 +27,8 @@ struct PlaneWaves<'a> {
 }
 
 impl WithSimd for PlaneWaves<'_> {
-    /// Sums over images on the same side of the axis and on the other: derivatives and waves, real and
-    /// imaginary part, times the weight of the node.
+    /// Sums over images times the weight of the node, the part real or imaginary: `[same side of the
+    /// axis or other][derivative or wave][part][angle]`.
     type Output = [[[[f64; ANGLES]; 2]; 2]; 2];
 
     #[expect(clippy::inline_always, reason = "compiled for the instructions that were found")]
@@ -221,7 +221,7 @@ impl Field {
         angles: &[f64],
         panels: &[usize],
         kept: &impl Fn(f64) -> bool,
-        mut put: impl FnMut(usize, usize, &[Complex64; ANGLES]),
+        mut visit: impl FnMut(usize, usize, &[Complex64; ANGLES]),
     ) {
         let mut directions = [[0.0; ANGLES]; 2];
         for (i, angle) in angles.iter().enumerate() {
@@ -235,15 +235,17 @@ impl Field {
                 let images = images.map(|image| (image, image.sign(1.0, self.mirror))).collect();
                 let waves = PlaneWaves { k, directions: &directions, node, images };
                 let [same, other] = Arch::new().dispatch(waves);
-                for (part, (parity, _)) in self.parts.iter().enumerate() {
+                for (number, (parity, _)) in self.parts.iter().enumerate() {
+                    // The derivative belongs to the field, the wave to its derivative.
                     for (density, factor) in [1.0, -self.media.weight[1]].into_iter().enumerate() {
-                        let [re, im] = [0, 1].map(|k| (&same[density][k], &other[density][k]));
+                        let [re, im] =
+                            [0, 1].map(|part| (&same[density][part], &other[density][part]));
                         let sum = |(same, other): (&[f64; ANGLES], &[f64; ANGLES]), i: usize| {
                             factor * (same[i] + parity * other[i])
                         };
                         let values =
                             std::array::from_fn(|i| Complex64::new(sum(re, i), sum(im, i)));
-                        put(part, p * PER_PANEL + density * NODES + i, &values);
+                        visit(number, p * PER_PANEL + density * NODES + i, &values);
                     }
                 }
             }

@@ -142,8 +142,9 @@ fn entry(media: &Media, pair: &Pair, waves: [Radial; 2], constant: Complex64) ->
     let r2 = pair.r * pair.r;
     let a = inside.a - outside.a;
     // z² H2 + 4i/π = 2 A - z² H0.
-    let [z2, y2] = [media.index[0] * media.index[0] * r2, media.index[1] * media.index[1] * r2];
-    let b = 2.0 * a - z2 * inside.h + y2 * outside.h;
+    let z2_inside = media.index[0] * media.index[0] * r2;
+    let z2_outside = media.index[1] * media.index[1] * r2;
+    let b = 2.0 * a - z2_inside * inside.h + z2_outside * outside.h;
     let second = quarter * media.second();
     [
         [quarter * a * pair.source, -quarter * (w1 * inside.h - w2 * outside.h)],
@@ -191,26 +192,26 @@ impl Pairs {
         Pair { r, source: self.source[i], target: self.target[i], normals }
     }
 
-    /// Least distance.
-    pub fn least(&self) -> f64 {
+    /// Least distance of the nodes.
+    pub fn min_distance(&self) -> f64 {
         self.r.iter().copied().fold(f64::INFINITY, f64::min)
     }
 }
 
-/// Kernels of a row and a column at the nodes of a panel, real and imaginary part.
+/// Kernels at the nodes of a panel, the part real or imaginary: `[row][column][part][node]`.
 pub(crate) type Entries = [[[PerNode; 2]; 2]; 2];
 
 /// Returns the kernels of [`kernels`] at all nodes of a panel.
 pub(crate) fn kernels_of_panel(media: &Media, pairs: &Pairs) -> Entries {
-    let least = pairs.least() * media.index[0].min(media.index[1]);
+    let least = pairs.min_distance() * media.index[0].min(media.index[1]);
     if least >= FEW_TERMS_FROM {
-        Arch::new().dispatch(Far::<FEW_TERMS>(media, pairs))
+        Arch::new().dispatch(HankelLanes::<FEW_TERMS> { media, pairs })
     } else if least >= ASYMPTOTIC_FROM {
-        Arch::new().dispatch(Far::<TERMS>(media, pairs))
+        Arch::new().dispatch(HankelLanes::<TERMS> { media, pairs })
     } else {
         let mut entries = Entries::default();
         for i in 0..NODES {
-            put(&mut entries, i, &kernels(media, &pairs.pair(i)).0);
+            set_lane(&mut entries, i, &kernels(media, &pairs.pair(i)).0);
         }
         entries
     }
@@ -218,14 +219,17 @@ pub(crate) fn kernels_of_panel(media: &Media, pairs: &Pairs) -> Entries {
 
 /// Kernels at the nodes of a panel by `COUNT` pairs of terms of Hankel's series: the same operations
 /// lane by lane, with the widest instructions that the machine has. No bit depends on them.
-struct Far<'a, const COUNT: usize>(&'a Media, &'a Pairs);
+struct HankelLanes<'a, const COUNT: usize> {
+    media: &'a Media,
+    pairs: &'a Pairs,
+}
 
-impl<const COUNT: usize> WithSimd for Far<'_, COUNT> {
+impl<const COUNT: usize> WithSimd for HankelLanes<'_, COUNT> {
     type Output = Entries;
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> Entries {
-        let Self(media, pairs) = self;
+        let Self { media, pairs } = self;
         let mut waves = [Waves::default(); 2];
         for (waves, index) in waves.iter_mut().zip(media.index) {
             for i in 0..NODES {
@@ -239,7 +243,7 @@ impl<const COUNT: usize> WithSimd for Far<'_, COUNT> {
         let mut entries = Entries::default();
         for i in 0..NODES {
             let waves = [waves[0].at(i), waves[1].at(i)];
-            put(&mut entries, i, &entry(media, &pairs.pair(i), waves, constant));
+            set_lane(&mut entries, i, &entry(media, &pairs.pair(i), waves, constant));
         }
         entries
     }
@@ -261,7 +265,7 @@ impl Waves {
 }
 
 #[inline(always)]
-fn put(entries: &mut Entries, i: usize, entry: &Entry) {
+fn set_lane(entries: &mut Entries, i: usize, entry: &Entry) {
     for row in 0..2 {
         for column in 0..2 {
             entries[row][column][0][i] = entry[row][column].re;
@@ -323,6 +327,30 @@ mod tests {
             let log = (0.5 * z).ln() + EULER - 0.5;
             let expected = z * z * Complex64::new(0.5, log * FRAC_1_PI);
             assert!((got - expected).norm() < (1e-14 + z * z) * expected.norm(), "z = {z}");
+        }
+    }
+
+    /// Lanes hold the kernels of each node, whatever the series and the instructions.
+    #[test]
+    fn lanes_are_the_kernels_of_each_node() {
+        let media = Media { index: [1.41, 1.0], weight: [1.41 * 1.41, 1.0] };
+        for nearest in [0.3, 20.0, 24.5, 50.0, 59.5, 900.0] {
+            let pairs = Pairs::new(|i| {
+                let x = [nearest + 0.7 * i as f64, 0.1 * i as f64];
+                Pair::apart(x, [0.6, 0.8], [0.0, 0.0], [0.28, -0.96])
+            });
+            let lanes = kernels_of_panel(&media, &pairs);
+            for i in 0..NODES {
+                let alone = kernels(&media, &pairs.pair(i)).0;
+                for (row, column) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                    let parts = &lanes[row][column];
+                    let lane = Complex64::new(parts[0][i], parts[1][i]);
+                    assert!((lane - alone[row][column]).norm() < 1e-14, "{nearest} {i}");
+                }
+            }
+            let few = || HankelLanes::<FEW_TERMS> { media: &media, pairs: &pairs };
+            let scalar = few().with_simd(pulp::Scalar::new());
+            assert_eq!(Arch::new().dispatch(few()), scalar);
         }
     }
 

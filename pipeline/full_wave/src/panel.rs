@@ -8,6 +8,7 @@
 use crate::kernel::{Entry, Media, Pair, Pairs, diagonal, kernels, kernels_of_panel};
 use crate::outline::Curve;
 use crate::quadrature::{NODES, PerNode, rule};
+use num_complex::Complex64;
 
 /// A piece nearer than this many of its lengths is halved.
 const NEAR: f64 = 0.5;
@@ -105,14 +106,14 @@ pub(crate) fn add(
         add_touching(media, target, source, factor, block);
         return;
     }
-    let along = one_curve.then_some(source.curve.curvature);
+    let shared_curvature = one_curve.then_some(source.curve.curvature);
     let [x, z] = target.middle();
     let [sx, sz] = image.of(source.middle());
     let reach = 0.5 * target.length() + (0.5 + NEAR) * source.length();
     if (x - sx).hypot(z - sz) < reach {
         for (i, node) in target.nodes.iter().enumerate() {
             let pair = |s: f64| {
-                if let Some(curvature) = along {
+                if let Some(curvature) = shared_curvature {
                     return Pair::along(curvature, node.along - s);
                 }
                 let (point, normal) = (source.curve.point(s), source.curve.normal(s));
@@ -120,10 +121,8 @@ pub(crate) fn add(
             };
             let identity = std::array::from_fn(unit);
             let whole = Piece { start: source.start, end: source.end, basis: &identity };
-            add_near(media, &pair, &whole, 0, &mut |j, kernels: [[[f64; 2]; 2]; 2]| {
-                for (row, column, part) in parts() {
-                    block[row][column][j][part][i] += factor * kernels[row][column][part];
-                }
+            add_near(media, &pair, &whole, 0, &mut |j, entry| {
+                add_entry(block, i, j, entry, factor);
             });
         }
         return;
@@ -132,7 +131,7 @@ pub(crate) fn add(
         let (point, normal) = (image.of(from.point), image.of(from.normal));
         let pairs = Pairs::new(|i| {
             let to = &target.nodes[i];
-            match along {
+            match shared_curvature {
                 Some(curvature) => Pair::along(curvature, to.along - from.along),
                 None => Pair::apart(to.point, to.normal, point, normal),
             }
@@ -157,7 +156,7 @@ fn unit(j: usize) -> PerNode {
     std::array::from_fn(|i| if i == j { 1.0 } else { 0.0 })
 }
 
-fn put(block: &mut Block, i: usize, j: usize, entry: &Entry, weight: f64) {
+fn add_entry(block: &mut Block, i: usize, j: usize, entry: &Entry, weight: f64) {
     for (row, column, part) in parts() {
         let value = entry[row][column];
         block[row][column][j][part][i] += weight * [value.re, value.im][part];
@@ -171,19 +170,19 @@ struct Piece<'a> {
     basis: &'a [PerNode; NODES],
 }
 
-/// Halves a piece until it is far enough from the target, and gives the kernels with the weight
-/// that each node of the panel has in them.
+/// Halves a piece until it is far enough from the target, and gives for each node of the panel the
+/// integral of the kernels times the polynomial that is 1 there and 0 at the others.
 fn add_near(
     media: &Media,
     pair: &impl Fn(f64) -> Pair,
     piece: &Piece,
     halvings: u32,
-    out: &mut impl FnMut(usize, [[[f64; 2]; 2]; 2]),
+    out: &mut impl FnMut(usize, &Entry),
 ) {
     let rule = rule();
     let (mid, half) = (0.5 * (piece.start + piece.end), 0.5 * (piece.end - piece.start));
     let pairs = Pairs::new(|m| pair(mid + half * rule.nodes[m]));
-    if pairs.least() < NEAR * 2.0 * half && halvings < MAX_HALVINGS {
+    if pairs.min_distance() < NEAR * 2.0 * half && halvings < MAX_HALVINGS {
         for (side, (start, end)) in [(piece.start, mid), (mid, piece.end)].into_iter().enumerate() {
             let basis: [PerNode; NODES] = std::array::from_fn(|m| {
                 let row = &rule.to_halves[side][m];
@@ -197,7 +196,7 @@ fn add_near(
     for j in 0..NODES {
         let weights: PerNode = std::array::from_fn(|m| half * rule.weights[m] * piece.basis[m][j]);
         let sum = |lanes: PerNode| lanes.iter().zip(&weights).map(|(l, w)| l * w).sum();
-        out(j, entries.map(|row| row.map(|parts| parts.map(sum))));
+        out(j, &entries.map(|row| row.map(|[re, im]| Complex64::new(sum(re), sum(im)))));
     }
 }
 
@@ -224,9 +223,9 @@ fn add_touching(media: &Media, target: &Panel, source: &Panel, factor: f64, bloc
                 let (full, log) = kernels(media, &pair);
                 (full, log, (t - rule.nodes[j]).abs().ln())
             };
-            put(block, i, j, &full, factor * from.weight);
+            add_entry(block, i, j, &full, factor * from.weight);
             let excess = half * log_weights[j] - from.weight * logarithm;
-            put(block, i, j, &log, factor * excess);
+            add_entry(block, i, j, &log, factor * excess);
         }
     }
 }

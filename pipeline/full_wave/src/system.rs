@@ -24,9 +24,9 @@ use rayon::prelude::*;
 const TARGET: f64 = 1e-10;
 /// A correction must be less than this share of the last one.
 const CONTRACTION: f64 = 0.3;
-/// Columns that are factorised together.
-const LU_WIDTH: usize = 384;
-/// Rows that are updated together.
+/// Columns that are factorised together, and rows that are updated together: the fastest of 256 and 384
+/// by 288 to 512, measured on two cores with 1 MiB of cache each.
+pub(crate) const LU_WIDTH: usize = 384;
 const LU_TILE: usize = 288;
 /// Right-hand sides that are solved together.
 const SIDES_TOGETHER: usize = 16;
@@ -354,6 +354,8 @@ fn factorise_block(block: &mut [Complex32], size: usize, start: usize) -> Vec<(u
 
 /// Factorised block of columns, laid out to take its part away from columns to its right.
 struct Eliminator<'a> {
+    /// Rows of the matrix, and the first of the block.
+    size: usize,
     start: usize,
     lower: MatRef<'a, Complex32>,
     below: Vec<Planes>,
@@ -384,17 +386,15 @@ impl<'a> Eliminator<'a> {
         let below = tiles
             .map(|row| Planes::new(below.subrows(row, LU_TILE.min(below.nrows() - row))))
             .collect();
-        Self { start, lower, below }
+        Self { size, start, lower, below }
     }
 
     /// Eliminates the rows of the block from `columns`, whose rows move first.
     fn eliminate(&self, columns: &mut [Complex32], moved: &[(usize, usize)]) {
         let width = self.lower.ncols();
-        let below: usize = self.below.iter().map(|tile| tile.re.nrows()).sum();
-        let size = self.start + width + below;
-        columns.chunks_mut(size).for_each(|column| move_rows(column, moved));
-        let count = columns.len() / size;
-        let columns = MatMut::from_column_major_slice_mut(columns, size, count);
+        columns.chunks_mut(self.size).for_each(|column| move_rows(column, moved));
+        let count = columns.len() / self.size;
+        let columns = MatMut::from_column_major_slice_mut(columns, self.size, count);
         let (mut beside, mut under) =
             columns.split_at_row_mut(self.start).1.split_at_row_mut(width);
         solve_unit_lower_triangular_in_place(self.lower, beside.rb_mut(), Par::Seq);
@@ -405,7 +405,8 @@ impl<'a> Eliminator<'a> {
         for (tile, left) in self.below.iter().enumerate() {
             let rows = left.re.nrows();
             let (mut re, mut im) = (re.subrows_mut(0, rows), im.subrows_mut(0, rows));
-            // Three real products make a complex one.
+            // (a + ib)(c + id) by three real products: (a + b)c - b(c + d) + i ((a + b)c + a(d - c)).
+            // Its error is small beside the norm; refinement mends it.
             matmul(re.rb_mut(), Accum::Replace, &left.sum, &beside.re, 1.0, Par::Seq);
             im.copy_from(re.rb());
             matmul(re.rb_mut(), Accum::Add, &left.im, &beside.sum, -1.0, Par::Seq);
@@ -466,7 +467,8 @@ mod tests {
             assert!(solved[1..].iter().all(|other| *other == solved[0]));
             let rest = &matrix * &solved[0] - &right;
             let backward = rest.norm_l2() / (matrix.norm_l2() * solved[0].norm_l2());
-            assert!(backward < 1e-5, "{size}: {backward:e}");
+            // Random matrices are ill-conditioned: the residual is small beside |A| |x| alone.
+            assert!(backward < 3e-6, "{size}: {backward:e}");
         }
     }
 }

@@ -31,7 +31,8 @@ use super::outputs::writable;
 
 /// Share of the free memory that is taken without `--memory-gib`.
 const MEMORY_SHARE: f64 = 0.6;
-/// Kernels and floating-point operations a second and core, for the time said beforehand.
+/// Kernels and floating-point operations (four real products to a complex one) a second and core, for the
+/// time said beforehand.
 const KERNELS_PER_SECOND: f64 = 1.2e7;
 const OPERATIONS_PER_SECOND: f64 = 1.2e11;
 /// Seconds beyond which fewer rings are taken by default.
@@ -116,7 +117,7 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     writable(&arguments.out)?;
     let section = scaled_section(design, arguments, resolution)?;
     let sources = source_request(design, &section, arguments.sources);
-    let body = body(&section, resolution).map_err(with_options)?;
+    let body = body(&section, resolution).map_err(name_memory_options)?;
     body.check_sources(&sources.places(&section)).context(
         "led.size_mm, led.offset_mm, led.height_mm: sources over the LED, scaled with the dome",
     )?;
@@ -157,11 +158,11 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     })
 }
 
-/// The options that change what memory full wave needs or has, where it has too little.
-fn with_options(error: anyhow::Error) -> anyhow::Error {
+/// Names the options that change what memory full wave needs or has, where it has too little.
+fn name_memory_options(error: anyhow::Error) -> anyhow::Error {
     match error.downcast_ref() {
         Some(FullWaveError::Memory { .. }) => {
-            error.context("--memory-gib, --rings, --ring-width-um, --tolerance")
+            error.context("--memory-gib, --rings, --ring-width-um or --scale, --nodes, --tolerance")
         }
         _ => error,
     }
@@ -232,7 +233,7 @@ fn scaled_section(
         Some(section) => Ok(section),
         None => {
             let section = make(1)?;
-            body(&section, resolution).map_err(with_options)?;
+            body(&section, resolution).map_err(name_memory_options)?;
             Ok(section)
         }
     }
