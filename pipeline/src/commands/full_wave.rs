@@ -229,14 +229,12 @@ fn scaled_section(
             None => high = middle,
         }
     }
-    match found {
-        Some(section) => Ok(section),
-        None => {
-            let section = make(1)?;
-            body(&section, resolution).map_err(name_memory_options)?;
-            Ok(section)
-        }
+    if let Some(section) = found {
+        return Ok(section);
     }
+    let section = make(1)?;
+    body(&section, resolution).map_err(name_memory_options)?;
+    Ok(section)
 }
 
 /// The chip of the design, in shares of its dome. Speckle of sources less than half a wavelength
