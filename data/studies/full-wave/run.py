@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Distances of hybrid and rays from full wave: four reliefs, rings of 2 to 10 µm.
+"""Distances of hybrid and rays from full wave: four reliefs, rings of 2 to 50 µm.
 
     python3 data/studies/full-wave/run.py [FOLDER]
 
 From the root of the repository. Prints a table and writes it into FOLDER as full-wave.csv and full-wave.svg;
-rows that lie there are kept. Some 50 minutes on two cores. The binary is target/release/batwing, or the one
+rows that lie there are kept. Some three hours on two cores. The binary is target/release/batwing, or the one
 that BATWING names.
 """
 
@@ -56,8 +56,8 @@ def distances(folder, name, offset_mm, rings, width_um):
     if not (at / "full_wave.json").is_file():
         command = [BATWING, "--quiet", "full-wave", str(design_file(folder, name, offset_mm)), "--rings",
                    str(rings), "--ring-width-um", str(width_um), "--paths", "1e6", "--out", str(at)]
-        # A quarter of an hour; 1e-4 of the largest bin is far below chance.
-        command += ["--tolerance", "1e-4", "--sources", "60"] if rings * width_um > 100 else []
+        # A quarter of an hour with 34 rings of 10 µm; 1e-4 of the largest bin is far below chance.
+        command += ["--tolerance", "1e-4"] if rings * width_um > 100 else []
         subprocess.run(command, check=True)
     found = json.loads((at / "full_wave.json").read_text())["comparison"]
     row = {"design": name, "offset_mm": offset_mm, "rings": rings, "width_um": width_um,
@@ -66,7 +66,22 @@ def distances(folder, name, offset_mm, rings, width_um):
         key = f"{distance['model']}_{distance['bin_deg']:g}"
         row[f"{key}_deg"] = 100 * distance["rms"]
         row[f"{key}_deg_chance"] = 100 * distance["noise"]
+    for model in ("hybrid", "rays"):
+        row[f"{model}_2.5_deg_within_80"] = 100 * within(found, model, 2.5, 80.0)
     return row
+
+
+def within(found, model, width_deg, most_deg):
+    """The r.m.s. distance of a model, chance included, in bins whose middle is less than an angle from the axis,
+    over the largest bin."""
+    fields = {field["model"]: field["bins"] for field in found["far_fields"]}
+    together = round(width_deg / (180 / len(fields["full_wave"])))
+    bins = {name: [sum(fine[i:i + together]) for i in range(0, len(fine), together)]
+            for name, fine in fields.items()}
+    pairs = zip(bins[model], bins["full_wave"])
+    near = [one - other for k, (one, other) in enumerate(pairs)
+            if abs((k + 0.5) * width_deg - 90) < most_deg]
+    return math.sqrt(sum(d * d for d in near) / len(near)) / max(bins["full_wave"])
 
 
 def beyond_chance(row, model):
