@@ -38,6 +38,25 @@ fn three_models_of_one_section_are_written_alike_on_any_number_of_threads() {
     assert_eq!(csv.lines().count(), 73);
 }
 
+/// Radii of corners are scaled with the rings: 2 µm do not fit rings of 2 µm, but 0.4 and 0.04 µm do, so that
+/// the domes are refused for their size alone.
+#[test]
+fn corners_are_scaled_with_their_rings() {
+    let folder = tempdir().expect("a folder");
+    let text = std::fs::read_to_string(DESIGN.replace("d1", "d2")).expect("the design");
+    let rounded = text.replacen("width_um = 100.0\n", "width_um = 100.0\ntip_radius_um = 2.0\n", 1);
+    std::fs::write(folder.path().join("round.toml"), rounded).expect("a design");
+    let said = |options: &[&str]| {
+        let arguments = [&["full-wave", "round.toml", "--memory-gib", "0.001"], options].concat();
+        let refused = batwing(folder.path()).args(arguments).assert().failure();
+        String::from_utf8_lossy(&refused.get_output().stderr).into_owned()
+    };
+    for options in [&["--scale", "0.02"][..], &["--rings", "4", "--ring-width-um", "2"]] {
+        let text = said(options);
+        assert!(text.contains("memory: expected at most 0.001 GiB"), "{text}");
+    }
+}
+
 /// The models as they are stand among the variants with the distances of the comparison; the distance
 /// of a reference from itself is 0.
 #[test]
@@ -96,7 +115,7 @@ fn the_page_shows_the_comparison_where_there_is_one() {
         for words in [
             outcome.as_str(),
             "2 rings of 2 µm, radius 4 µm, 550 nm; 4 line sources",
-            "no losses, films, solids or neighbours",
+            "losses, films, solids and neighbours",
             "<th scope=\"col\">r.m.s. beyond noise</th>",
             "role=\"img\"",
         ] {

@@ -129,11 +129,16 @@ pub struct Distance {
 }
 
 impl Distance {
-    /// Root mean square without the noise, or that it is no more than noise.
+    /// Root mean square without the noise and its standard error, or that it is no more than noise. The
+    /// error is that of N squares of normal differences of mean d² and variance n²: 4 d² n² + 2 n⁴ over N
+    /// for the mean square.
     pub fn beyond_noise(&self) -> String {
         if self.rms > 2.0 * self.noise {
-            let beyond = (self.rms.powi(2) - self.noise.powi(2)).sqrt();
-            format!("{:.1} %", 100.0 * beyond)
+            let variance = self.noise.powi(2);
+            let square = self.rms.powi(2) - variance;
+            let of_square = variance * (4.0 * square + 2.0 * variance) * self.bin_deg / 180.0;
+            let (beyond, error) = (square.sqrt(), 0.5 * (of_square / square).sqrt());
+            format!("{:.1} ± {:.1} %", 100.0 * beyond, 100.0 * error)
         } else {
             format!("below {:.1} %", 200.0 * self.noise)
         }
@@ -176,5 +181,22 @@ impl FullWaveFile {
             rounded(self.comparison.radius_um),
             rounded(self.wavelength_nm)
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_have_the_error_of_a_sum_of_squares_or_are_bounds() {
+        let distance = |rms, noise| {
+            let (model, bin_deg) = (Model::Rays, VERDICT_DEG);
+            Distance { model, bin_deg, rms, largest: 0.3, l1: 0.2, noise }
+        };
+        // 72 bins: 0.5 sqrt(0.0004 (4 0.0096 + 2 0.0004) / 72 / 0.0096).
+        assert_eq!(distance(0.1, 0.02).beyond_noise(), "9.8 ± 0.2 %");
+        assert_eq!(distance(0.03, 0.02).beyond_noise(), "below 4.0 %");
+        assert_eq!(distance(0.1, 0.0).beyond_noise(), "10.0 ± 0.0 %");
     }
 }

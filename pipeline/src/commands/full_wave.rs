@@ -42,9 +42,9 @@ const TABLE: &str = "far_field.csv";
 const PICTURE: &str = "far_field.png";
 
 /// Parts of a design that the comparison leaves out.
-const IDEAL: &str = "Of the design: dome, index, wavelength, width and height of the LED; the mirror is \
-    perfect and endless, the LED has no body, the silicone does not scatter, and there are no losses, films, \
-    solids or neighbours.";
+const IDEAL: &str = "Of the design: dome, relief, indices, one wavelength, and width, height and offset along x of \
+    the LED, over a perfect and endless mirror. Left out: body, tilt and offset along y of the LED, other sources, \
+    scattering, losses, films, solids and neighbours.";
 
 /// `batwing full-wave`.
 #[derive(Debug, Args)]
@@ -119,7 +119,8 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     let sources = source_request(design, &section, arguments.sources);
     let body = body(&section, resolution).map_err(name_memory_options)?;
     body.check_sources(&sources.places(&section)).context(
-        "led.size_mm, led.offset_mm, led.height_mm: sources over the LED, scaled with the dome",
+        "led.size_mm, led.offset_mm, led.height_mm: sources over the LED, which is scaled with the dome, a wavelength \
+         apart in height (um); more --rings, a larger --ring-width-um or --scale leave room",
     )?;
     context.console.say(&plan(&section, &body.cost()));
     context.console.say(IDEAL);
@@ -199,17 +200,20 @@ fn scaled_section(
         None => bail!("dome: expected a dome with rings of relief, got none"),
     };
     let designed_um = 1e3 * design.elements.width_mm;
+    let ring_um = design.hybrid.element_width_um;
     let (width_um, all) = match arguments.scale {
         Some(scale) => (designed_um * scale, design.elements.shapes.len()),
-        None => (
-            arguments.ring_width_um.unwrap_or(design.hybrid.element_width_um),
-            design.hybrid_rings().shapes.len(),
-        ),
+        None => (arguments.ring_width_um.unwrap_or(ring_um), design.hybrid_rings().shapes.len()),
     };
     let index = [design.silicone.index, index_about_domes(design)?];
+    // Radii of corners are those of a ring as the design has it.
+    let times = arguments.scale.unwrap_or(width_um / ring_um);
+    let mut relief = design.elements.clone();
+    relief.rounding.tip_mm *= times;
+    relief.rounding.valley_mm *= times;
     let make = |rings: usize| {
         let wavelength_um = 1e-3 * design.wavelength_nm;
-        Section::new(&base, &design.elements, rings, width_um, wavelength_um, index)
+        Section::new(&base, &relief, rings, width_um, wavelength_um, index)
     };
     if let Some(rings) = arguments.rings.or(arguments.scale.map(|_| all)) {
         return make(rings);
@@ -259,10 +263,11 @@ fn seconds(size: &Cost) -> f64 {
 
 fn plan(section: &Section, size: &Cost) -> String {
     format!(
-        "{} rings of {:.2} um, radius {:.1} um: {} unknowns, {:.2} GiB, some {:.0} s",
+        "{} rings of {:.2} um, radius {:.1} um, {:.1} nm: {} unknowns, {:.2} GiB, full wave takes some {:.0} s",
         section.rings(),
         section.ring_width_um(),
         section.radius_um(),
+        1e3 * section.wavelength_um,
         size.unknowns,
         size.bytes / f64::from(1 << 30),
         seconds(size) + 5.0
@@ -271,7 +276,8 @@ fn plan(section: &Section, size: &Cost) -> String {
 
 fn table(file: &FullWaveFile) -> String {
     let mut text = String::new();
-    let _ = writeln!(text, "{:<10} {:>18} {:>17} {:>9}", "model", "peak", "centre/peak", "missing");
+    let _ =
+        writeln!(text, "{:<10} {:>18} {:>17} {:>9}", "model", "|peak|", "centre/peak", "missing");
     for far in &file.comparison.far_fields {
         let figures = figures(far);
         let [low, high] = figures.peak_deg;
