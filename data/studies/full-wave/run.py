@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Distances of hybrid and rays from full wave: four reliefs, rings of 2 to 50 µm.
+"""Distances of hybrid and rays from full wave: four reliefs, rings of 2 to 20 µm.
 
     python3 data/studies/full-wave/run.py [FOLDER]
 
 From the root of the repository. Prints a table and writes it into FOLDER as full-wave.csv and full-wave.svg;
-rows that lie there are kept. Some three hours on two cores. The binary is target/release/batwing, or the one
+rows that lie there are kept. Some hour and a half on two cores. The binary is target/release/batwing, or the one
 that BATWING names.
 """
 
@@ -31,7 +31,8 @@ COLOURS = {"d1": "#00798c", "d2": "#d1495b", "d3": "#edae49", "d3-by-waves": "#6
 ROWS = [(design, 0.0, 8, width) for design in ("d1", "d2", "d3") for width in (2, 3, 5)]
 ROWS += [("d1", 0.0, 16, width) for width in (2, 5)]
 ROWS += [("d1", 0.0, 34, 2), ("d2", 0.0, 16, 2), ("d3", 0.0, 16, 2), ("d2", 0.0, 34, 2)]
-ROWS += [(design, 0.0, 8, 10) for design in ("d1", "d2", "d3")] + [("d1", 0.0, 34, 10)]
+ROWS += [(design, 0.0, 8, 10) for design in ("d1", "d2", "d3")]
+ROWS += [("d1", 0.0, 34, 10), ("d2", 0.0, 34, 10), ("d1", 0.0, 8, 20)]
 ROWS += [("d3-by-waves", 0.0, 8, width) for width in (2, 5)]
 ROWS += [(design, 0.4, 8, 3) for design in ("d1", "d2")]
 # Full wave, hybrid and rays with one assumption more or less, in two small domes.
@@ -141,7 +142,7 @@ def picture(rows, file):
     are bounds."""
     rows = [row for row in rows if not row["offset_mm"]]
     marks = panel([row for row in rows if row["rings"] == 8], 70, "8 rings a side",
-                  "ring width / wavelength", (3, 21), (4, 6, 10, 18), lambda row: row["width_um"] / WAVELENGTH_UM)
+                  "ring width / wavelength", (3, 45), (4, 6, 10, 18, 36), lambda row: row["width_um"] / WAVELENGTH_UM)
     for left, width_um in ((430, 2), (790, 10)):
         marks += panel([row for row in rows if row["width_um"] == width_um], left,
                        f"rings of {width_um / WAVELENGTH_UM:.2g} wavelengths",
