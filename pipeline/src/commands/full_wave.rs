@@ -34,7 +34,7 @@ const MEMORY_SHARE: f64 = 0.6;
 /// Kernels and floating-point operations (four real products to a complex one) a second and core, for the
 /// time said beforehand.
 const KERNELS_PER_SECOND: f64 = 1.2e7;
-const OPERATIONS_PER_SECOND: f64 = 1.2e11;
+const OPERATIONS_PER_SECOND: f64 = 1e11;
 /// Seconds beyond which fewer rings are taken by default.
 const DEFAULT_SECONDS: f64 = 600.0;
 /// Tables of the far fields and their picture, beside [`FILE`].
