@@ -2,9 +2,9 @@
 //! Bessel functions of order 0 and 1 of a positive real argument: J0, J1, Y0, Y1.
 //!
 //! In: x > 0. Out: all four, to an absolute error of a few 1e-16 (relative to the larger of |Y| and
-//! 1), above 1e6 of about 1e-16 x. Below an argument of 25 by Miller's backward recurrence for J_n and Neumann's series for Y
-//! \[DLMF 3.6, 10.8\]; above by Hankel's asymptotic series \[DLMF 10.17\], whose smallest term,
-//! about e^(-2x), is then below rounding.
+//! 1), above 1e6 of about 1e-16 x. Below an argument of 25 by Miller's backward recurrence for J_n
+//! and Neumann's series for Y \[DLMF 3.6, 10.8\]; above by Hankel's asymptotic series
+//! \[DLMF 10.17\], whose smallest term, about e^(-2x), is then below rounding.
 
 #![expect(clippy::inline_always, reason = "compiled for the instructions that were found")]
 

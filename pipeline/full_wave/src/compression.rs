@@ -11,8 +11,8 @@
 use crate::kernel::Media;
 use crate::mesh::{Corner, PER_SIDE};
 use crate::outline::Curve;
-use crate::panel::{Block, Panel, Reflection, add};
-use crate::quadrature::{NODES, PerNode, rule};
+use crate::panel::{Block, Panel, Reflection, add, for_each_column};
+use crate::quadrature::{NODES, rule};
 use faer::Mat;
 use faer::linalg::solvers::DenseSolveCore;
 use num_complex::Complex64;
@@ -104,17 +104,6 @@ impl Fine {
             outer: CMat::identity(size, size) + between(&outer, &outer),
             from_outer: between(&inner, &outer),
             to_outer: between(&outer, &inner),
-        }
-    }
-}
-
-/// Visits the columns of a block by first row, column, and real and imaginary part of the rows.
-pub(crate) fn for_each_column(block: &Block, mut visit: impl FnMut(usize, usize, &[PerNode; 2])) {
-    for (row, columns) in block.iter().enumerate() {
-        for (column, sources) in columns.iter().enumerate() {
-            for (j, parts) in sources.iter().enumerate() {
-                visit(row * NODES, column * NODES + j, parts);
-            }
         }
     }
 }

@@ -92,6 +92,17 @@ impl Panel {
 /// imaginary.
 pub(crate) type Block = [[[[PerNode; 2]; NODES]; 2]; 2];
 
+/// Visits the columns of a block by first row, column, and real and imaginary part of the rows.
+pub(crate) fn for_each_column(block: &Block, mut visit: impl FnMut(usize, usize, &[PerNode; 2])) {
+    for (row, columns) in block.iter().enumerate() {
+        for (column, sources) in columns.iter().enumerate() {
+            for (j, parts) in sources.iter().enumerate() {
+                visit(row * NODES, column * NODES + j, parts);
+            }
+        }
+    }
+}
+
 /// Adds `factor` times the kernels from `source`, reflected, to `target`.
 pub(crate) fn add(
     media: &Media,

@@ -3,10 +3,10 @@
 //! solution by residuals in double precision, whose kernels are computed anew.
 
 use crate::FullWaveError;
-use crate::compression::{CMat, PER_PANEL, for_each_column};
+use crate::compression::{CMat, PER_PANEL};
 use crate::kernel::Media;
 use crate::mesh::Mesh;
-use crate::panel::{Block, add};
+use crate::panel::{Block, add, for_each_column};
 use crate::quadrature::NODES;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
