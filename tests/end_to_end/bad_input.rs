@@ -148,7 +148,7 @@ trace = { paths = 64_000 }
 "#;
 
 /// Command lines and what is said of them, in the folder of [`commands`].
-const COMMANDS: [(&str, &[&str]); 109] = [
+const COMMANDS: [(&str, &[&str]); 112] = [
     ("check no/such.toml", &["no/such.toml", "expected a design", "No such file"]),
     ("run no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
     ("bsdf no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
@@ -300,6 +300,9 @@ const COMMANDS: [(&str, &[&str]); 109] = [
         &["--ring-width-um: expected a number above 0 to 1000, got 1000000000"],
     ),
     ("full-wave d1.toml --scale 0", &["--scale: expected a number above 0 to 10, got 0"]),
+    ("full-wave d1.toml --paths -4", &["--paths", "expected a whole number from"]),
+    ("full-wave d1.toml --tolerance -1", &["--tolerance: expected 1e-10 to 1e-3, got -1"]),
+    ("full-wave d1.toml --nodes -1", &["--nodes: expected 7.0", "got -1"]),
     ("full-wave d1.toml --memory-gib -1", &["--memory-gib: expected a number above 0", "got -1"]),
     ("full-wave d1.toml --rings 2 --ring-width-um 2 --scale 1", &["--scale"]),
     (

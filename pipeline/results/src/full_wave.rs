@@ -5,6 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use files::provenance::FileRecord;
+use metrics::digits::format_value_with_error;
 
 use super::sealed_file::SealedFile;
 
@@ -34,7 +35,7 @@ pub struct FullWaveFile {
     pub ring_width_um: f64,
     /// Line sources.
     pub sources: usize,
-    /// Paths of either ray model and polarisation.
+    /// Paths of each ray model in each polarisation.
     pub paths: usize,
     /// Nodes of full wave to a wavelength in the dome.
     pub nodes_per_wavelength: f64,
@@ -130,15 +131,15 @@ pub struct Distance {
 
 impl Distance {
     /// Root mean square without the noise and its standard error, or that it is no more than noise. The
-    /// error is that of N squares of normal differences of mean d² and variance n²: 4 d² n² + 2 n⁴ over N
-    /// for the mean square.
+    /// error is that of N squares of independent normal differences of mean d² and variance n²:
+    /// 4 d² n² + 2 n⁴ over N for the mean square.
     pub fn beyond_noise(&self) -> String {
         if self.rms > 2.0 * self.noise {
             let variance = self.noise.powi(2);
             let square = self.rms.powi(2) - variance;
             let of_square = variance * (4.0 * square + 2.0 * variance) * self.bin_deg / 180.0;
             let (beyond, error) = (square.sqrt(), 0.5 * (of_square / square).sqrt());
-            format!("{:.1} ± {:.1} %", 100.0 * beyond, 100.0 * error)
+            format!("{} %", format_value_with_error(100.0 * beyond, 100.0 * error))
         } else {
             format!("below {:.1} %", 200.0 * self.noise)
         }
@@ -195,8 +196,8 @@ mod tests {
             Distance { model, bin_deg, rms, largest: 0.3, l1: 0.2, noise }
         };
         // 72 bins: 0.5 sqrt(0.0004 (4 0.0096 + 2 0.0004) / 72 / 0.0096).
-        assert_eq!(distance(0.1, 0.02).beyond_noise(), "9.8 ± 0.2 %");
+        assert_eq!(distance(0.1, 0.02).beyond_noise(), "9.80 ± 0.24 %");
+        assert_eq!(distance(0.1, 0.001).beyond_noise(), "9.999 ± 0.012 %");
         assert_eq!(distance(0.03, 0.02).beyond_noise(), "below 4.0 %");
-        assert_eq!(distance(0.1, 0.0).beyond_noise(), "10.0 ± 0.0 %");
     }
 }

@@ -62,7 +62,7 @@ pub struct Request {
     pub resolution: Resolution,
     /// Tables of the hybrid.
     pub tables: TableRequest,
-    /// Paths of either ray model and polarisation.
+    /// Paths of each ray model in each polarisation.
     pub paths: usize,
     /// Seed.
     pub seed: u64,

@@ -20,6 +20,7 @@ use files::content_hash::sealed;
 use files::formats::csv;
 use files::provenance::FileRecord;
 use files::run_context::RunContext;
+use metrics::digits::format_value_with_error;
 use metrics::quantity::{Quantity, Unit};
 use report::full_wave::{curves, far_field_picture, quantity};
 use results::full_wave::{Comparison, FILE, FullWaveFile, SCHEMA_VERSION};
@@ -31,17 +32,21 @@ use super::outputs::writable;
 
 /// Share of the free memory that is taken without `--memory-gib`.
 const MEMORY_SHARE: f64 = 0.6;
-/// Kernels and floating-point operations (four real products to a complex one) a second and core, for the
-/// time said beforehand.
+/// Kernels, operations of factorisations (four real products to a complex one) and of the rest a second and
+/// core, for the time said beforehand.
 const KERNELS_PER_SECOND: f64 = 1.2e7;
-const OPERATIONS_PER_SECOND: f64 = 1e11;
+const OPERATIONS_PER_SECOND: f64 = 1.2e11;
+const OTHER_OPERATIONS_PER_SECOND: f64 = 4e10;
+/// Operations of a source over the square of the unknowns of a matrix: two solutions, a residual, and a far
+/// field whose angles grow with the unknowns.
+const OPERATIONS_OF_SOURCE: f64 = 37.0;
 /// Seconds beyond which fewer rings are taken by default.
 const DEFAULT_SECONDS: f64 = 600.0;
 /// Tables of the far fields and their picture, beside [`FILE`].
 const TABLE: &str = "far_field.csv";
 const PICTURE: &str = "far_field.png";
 
-/// Parts of a design that the comparison leaves out.
+/// Parts of a design that the comparison takes and leaves out.
 const IDEAL: &str = "Of the design: dome, relief, indices, one wavelength, and width, height and offset along x of \
     the LED, over a perfect and endless mirror. Left out: body, tilt and offset along y of the LED, other sources, \
     scattering, losses, films, solids and neighbours.";
@@ -77,14 +82,14 @@ pub struct FullWaveArgs {
     )]
     pub sources: Option<usize>,
     /// Paths of rays and of the hybrid, for each polarisation
-    #[arg(long, value_name = "N", default_value = "2e6", value_parser = paths)]
+    #[arg(long, value_name = "N", default_value = "2e6", allow_negative_numbers = true, value_parser = paths)]
     pub paths: u64,
     /// Error of full wave over the largest bin of a source, 1e-10 to 1e-3
-    #[arg(long, value_name = "SHARE", default_value_t = 1e-5, value_parser = finite)]
+    #[arg(long, value_name = "SHARE", default_value_t = 1e-5, allow_negative_numbers = true, value_parser = finite)]
     pub tolerance: f64,
     /// Nodes of full wave to a wavelength in the dome, up to 40 [default: those that the tolerance
     /// needs, 7]
-    #[arg(long, value_name = "N", value_parser = finite)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = finite)]
     pub nodes: Option<f64>,
     /// Memory for full wave, GiB [default: 60 % of what is free]
     #[arg(long, value_name = "GIB", allow_negative_numbers = true, value_parser = finite)]
@@ -122,7 +127,7 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
         "led.size_mm, led.offset_mm, led.height_mm: sources over the LED, which is scaled with the dome, a wavelength \
          apart in height (um); more --rings, a larger --ring-width-um or --scale leave room",
     )?;
-    context.console.say(&plan(&section, &body.cost()));
+    context.console.say(&plan(&section, &body.cost(), sources.count));
     context.console.say(IDEAL);
     let request = Request {
         sources,
@@ -222,7 +227,8 @@ fn scaled_section(
     let fits = |rings: usize| {
         let section = make(rings).ok()?;
         let size = body(&section, resolution).ok()?.cost();
-        (seconds(&size) <= DEFAULT_SECONDS).then_some(section)
+        let sources = source_request(design, &section, arguments.sources).count;
+        (seconds(&size, sources) <= DEFAULT_SECONDS).then_some(section)
     };
     let (mut low, mut high) = (0, all + 1);
     let mut found = None;
@@ -256,12 +262,17 @@ fn source_request(design: &Design, section: &Section, count: Option<usize>) -> S
 }
 
 /// Time of full wave in both polarisations.
-fn seconds(size: &Cost) -> f64 {
+fn seconds(size: &Cost, sources: usize) -> f64 {
     let threads = rayon::current_num_threads() as f64;
-    2.0 * (size.kernels / KERNELS_PER_SECOND + size.operations / OPERATIONS_PER_SECOND) / threads
+    let pairs = (size.unknowns as f64).powi(2) * size.matrices as f64;
+    let of_sources = OPERATIONS_OF_SOURCE * pairs * sources as f64;
+    let core = size.kernels / KERNELS_PER_SECOND
+        + size.operations / OPERATIONS_PER_SECOND
+        + of_sources / OTHER_OPERATIONS_PER_SECOND;
+    2.0 * core / threads
 }
 
-fn plan(section: &Section, size: &Cost) -> String {
+fn plan(section: &Section, size: &Cost, sources: usize) -> String {
     format!(
         "{} rings of {:.2} um, radius {:.1} um, {:.1} nm: {} unknowns, {:.2} GiB, full wave takes some {:.0} s",
         section.rings(),
@@ -270,7 +281,7 @@ fn plan(section: &Section, size: &Cost) -> String {
         1e3 * section.wavelength_um,
         size.unknowns,
         size.bytes / f64::from(1 << 30),
-        seconds(size) + 5.0
+        seconds(size, sources) + 5.0
     )
 }
 
@@ -282,11 +293,10 @@ fn table(file: &FullWaveFile) -> String {
         let figures = figures(far);
         let [low, high] = figures.peak_deg;
         let peak = if low < high { format!("{low}° to {high}°") } else { format!("{low}°") };
-        let centre = format!(
-            "{:.1} ± {:.1} %",
+        let centre = format_value_with_error(
             100.0 * figures.centre_to_peak,
-            100.0 * figures.centre_to_peak_error
-        );
+            100.0 * figures.centre_to_peak_error,
+        ) + " %";
         let _ = writeln!(
             text,
             "{:<10} {peak:>18} {centre:>17} {:>9.0e}",
