@@ -153,7 +153,6 @@ pub fn each(
     let cells = band_cells(&single);
     let cost = |ring: usize| cells[ring - 1].as_ref().map_or(0, |cell| cost(cell) as u64);
     let bar = context.console.progress(rings.iter().map(|&r| cost(r)).sum(), "tables of orders");
-    bar.enable_steady_tick(Duration::from_millis(500));
     let inner = RunContext {
         // This loop shows the progress itself.
         console: Console { quiet: true, ..context.console },

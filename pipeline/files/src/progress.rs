@@ -9,7 +9,6 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::control_characters::printable;
 
@@ -59,24 +58,11 @@ impl Console {
     /// Progress of `length` steps on standard error: a bar on a terminal, lines of text elsewhere,
     /// nothing when quiet.
     pub fn progress(&self, length: u64, what: &str) -> Progress {
-        if self.quiet {
-            return Progress::hidden();
-        }
-        if !std::io::stderr().is_terminal() {
-            return Progress {
-                lines: Some(Mutex::new(Lines::new(length, what))),
-                ..Progress::hidden()
-            };
-        }
-        let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
-        // Without the template the default style still shows the progress.
-        if let Ok(style) = ProgressStyle::with_template(
-            "{msg:28} [{bar:36}] {percent:>3} %  {elapsed} (about {eta} left)",
-        ) {
-            bar.set_style(style.progress_chars("=> "));
-        }
-        bar.set_message(printable(what).into_owned());
-        Progress { bar, lines: None }
+        let shown = (!self.quiet).then(|| {
+            let is_bar = std::io::stderr().is_terminal();
+            Mutex::new(Shown::new(length, what, is_bar))
+        });
+        Progress(shown)
     }
 
     /// Does `work` of unknown length and says every now and then that it goes on, on standard
@@ -137,79 +123,83 @@ impl Console {
 
 /// Progress of one job, from any thread.
 #[derive(Debug)]
-pub struct Progress {
-    bar: ProgressBar,
-    lines: Option<Mutex<Lines>>,
-}
+pub struct Progress(Option<Mutex<Shown>>);
 
 impl Progress {
     /// Progress that nobody sees.
-    pub fn hidden() -> Self {
-        Self { bar: ProgressBar::hidden(), lines: None }
+    pub const fn hidden() -> Self {
+        Self(None)
     }
 
     /// Counts `steps` as done.
     pub fn inc(&self, steps: u64) {
-        self.bar.inc(steps);
-        let line = self.lines(|lines| lines.advance(steps, Instant::now()));
-        if let Some(line) = line.flatten() {
-            let _ = writeln!(std::io::stderr(), "{}", printable(&line));
-        }
+        self.show(|shown| shown.advance(steps, Instant::now()));
     }
 
     /// Names what is being done.
     pub fn set_message(&self, what: &str) {
-        self.lines(|lines| what.clone_into(&mut lines.what));
-        self.bar.set_message(printable(what).into_owned());
-    }
-
-    /// Redraws a bar now and then, even without progress.
-    pub fn enable_steady_tick(&self, interval: Duration) {
-        if self.lines.is_none() {
-            self.bar.enable_steady_tick(interval);
-        }
+        self.show(|shown| {
+            what.clone_into(&mut shown.what);
+            shown.is_bar.then(|| shown.draw(Instant::now()))
+        });
     }
 
     /// Takes a bar away while `f` prints.
     pub fn suspend<T>(&self, f: impl FnOnce() -> T) -> T {
-        self.bar.suspend(f)
+        self.finish_and_clear();
+        f()
     }
 
-    /// Takes a bar away for good.
+    /// Takes a bar away.
     pub fn finish_and_clear(&self) {
-        self.bar.finish_and_clear();
+        self.show(Shown::clear);
     }
 
-    fn lines<T>(&self, f: impl FnOnce(&mut Lines) -> T) -> Option<T> {
-        let lines = self.lines.as_ref()?;
-        Some(f(&mut lines.lock().unwrap_or_else(PoisonError::into_inner)))
+    /// Prints on standard error what `f` returns.
+    fn show(&self, f: impl FnOnce(&mut Shown) -> Option<String>) {
+        if let Some(shown) = &self.0 {
+            let mut shown = shown.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(text) = f(&mut shown) {
+                let _ = write!(std::io::stderr(), "{text}");
+            }
+        }
     }
 }
 
-/// Progress as lines of text: at every tenth of the work, no more often than [`SHORTEST`], and at
-/// least every [`LONGEST`].
+/// Progress as a bar, at most every [`REDRAW`], or as lines of text: at every tenth of the work, no
+/// more often than [`SHORTEST`], and at least every [`LONGEST`].
 #[derive(Debug)]
-struct Lines {
+struct Shown {
     what: String,
     length: u64,
     done: u64,
     started: Instant,
+    is_bar: bool,
+    is_drawn: bool,
     /// Time and number of tenths of the last line.
     last: (Instant, u64),
 }
 
-/// Least time between lines.
+/// Minimum time between two states of a bar.
+const REDRAW: Duration = Duration::from_millis(100);
+/// Minimum time between lines.
 const SHORTEST: Duration = Duration::from_secs(2);
 /// Time after which a line comes before the next tenth is done.
 const LONGEST: Duration = Duration::from_secs(10);
+/// Characters of a bar, and of the line that holds it: the narrowest usual terminal.
+const BAR: usize = 16;
+const LINE: usize = 79;
+/// Control sequence that empties the line of a terminal.
+const EMPTY_LINE: &str = "\r\x1b[2K";
 
-impl Lines {
-    fn new(length: u64, what: &str) -> Self {
+impl Shown {
+    fn new(length: u64, what: &str, is_bar: bool) -> Self {
         let now = Instant::now();
-        Self { what: what.to_owned(), length, done: 0, started: now, last: (now, 0) }
+        let (what, last) = (what.to_owned(), (now, 0));
+        Self { what, length, done: 0, started: now, is_bar, is_drawn: false, last }
     }
 
-    /// The line to print once `steps` more are done, if it is time for one.
+    /// The text to print once `steps` more are done, if it is time for one.
     fn advance(&mut self, steps: u64, now: Instant) -> Option<String> {
         self.done = self.done.saturating_add(steps).min(self.length);
         if self.length == 0 || self.done == self.length {
@@ -218,14 +208,38 @@ impl Lines {
         let fraction = self.done as f64 / self.length as f64;
         let tenths = (10.0 * fraction) as u64;
         let since = now.saturating_duration_since(self.last.0);
-        if since < SHORTEST || (since < LONGEST && tenths == self.last.1) {
+        let is_due = if self.is_bar {
+            since >= REDRAW
+        } else {
+            since >= LONGEST || (since >= SHORTEST && tenths > self.last.1)
+        };
+        if !is_due {
             return None;
         }
-        self.last = (now, tenths);
+        self.last.1 = tenths;
+        Some(self.draw(now))
+    }
+
+    /// The text that shows what is done.
+    fn draw(&mut self, now: Instant) -> String {
+        self.last.0 = now;
+        let fraction = self.done as f64 / self.length.max(1) as f64;
         let elapsed = now.saturating_duration_since(self.started).as_secs_f64();
         let left = elapsed * (1.0 / fraction - 1.0);
-        let (what, percent) = (&self.what, 100.0 * fraction);
-        Some(format!("{what}: {percent:.0} %, {elapsed:.0} s, about {left:.0} s left"))
+        let (what, percent) = (printable(&self.what), 100.0 * fraction);
+        if !self.is_bar {
+            return format!("{what}: {percent:.0} %, {elapsed:.0} s, about {left:.0} s left\n");
+        }
+        self.is_drawn = true;
+        let bar = "=".repeat((BAR as f64 * fraction) as usize) + ">";
+        let left = if self.done > 0 { format!(" (about {left:.0} s left)") } else { String::new() };
+        let line = format!("{what:28} [{bar:BAR$}] {percent:>3.0} %  {elapsed:.0} s{left}");
+        EMPTY_LINE.to_owned() + &line.chars().take(LINE).collect::<String>()
+    }
+
+    /// The text that takes a bar away.
+    fn clear(&mut self) -> Option<String> {
+        std::mem::take(&mut self.is_drawn).then(|| EMPTY_LINE.to_owned())
     }
 }
 
@@ -235,16 +249,30 @@ mod tests {
 
     #[test]
     fn lines_come_at_tenths_and_after_long_waits() {
-        let mut lines = Lines::new(100, "rays");
+        let mut lines = Shown::new(100, "rays", false);
         let start = lines.started;
         let mut at =
             |steps: u64, seconds: u64| lines.advance(steps, start + Duration::from_secs(seconds));
         assert_eq!(at(15, 1), None, "a line in the first two seconds");
-        assert_eq!(at(5, 4).as_deref(), Some("rays: 20 %, 4 s, about 16 s left"));
+        assert_eq!(at(5, 4).as_deref(), Some("rays: 20 %, 4 s, about 16 s left\n"));
         assert_eq!(at(20, 5), None, "a second after the last");
-        assert_eq!(at(0, 6).as_deref(), Some("rays: 40 %, 6 s, about 9 s left"));
+        assert_eq!(at(0, 6).as_deref(), Some("rays: 40 %, 6 s, about 9 s left\n"));
         assert_eq!(at(2, 15), None, "neither a tenth nor ten seconds");
-        assert_eq!(at(1, 16).as_deref(), Some("rays: 43 %, 16 s, about 21 s left"));
+        assert_eq!(at(1, 16).as_deref(), Some("rays: 43 %, 16 s, about 21 s left\n"));
         assert_eq!(at(57, 30), None, "the result says that all is done");
+        assert_eq!(lines.clear(), None);
+    }
+
+    #[test]
+    fn a_bar_fits_a_terminal_and_goes() {
+        let mut bar = Shown::new(4, &"rays of a long name ".repeat(2), true);
+        let start = bar.started;
+        assert_eq!(bar.advance(1, start), None, "two states within the shortest time");
+        let text = bar.advance(1, start + Duration::from_secs(8)).expect("time for a state");
+        let line = text.strip_prefix(EMPTY_LINE).expect("over the last state");
+        assert!(line.contains("[========>       ]  50 %"), "{line}");
+        assert_eq!(line.chars().count(), LINE);
+        assert_eq!(bar.clear().as_deref(), Some(EMPTY_LINE));
+        assert_eq!(bar.clear(), None);
     }
 }

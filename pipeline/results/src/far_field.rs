@@ -204,18 +204,18 @@ fn read_far_field(path: &Path) -> Result<Distribution> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use files::formats::csv::write_npy;
 
     #[test]
     fn candela_of_results_are_taken_for_the_lumens_emitted() {
         let top = tempfile::tempdir().expect("a directory");
         let folder = top.path().join("W/geometric");
         std::fs::create_dir_all(&folder).expect("made");
-        let mut npy = Vec::new();
-        let bins = ndarray::Array3::from_shape_fn((2, 90, 36), |(map, i, _)| {
-            f64::from(u8::from(map == 0 && i < 45)) * 300.0 / std::f64::consts::TAU
-        });
-        ndarray_npy::WriteNpyExt::write_npy(&bins, &mut npy).expect("written");
-        std::fs::write(folder.join("far_field.npy"), npy).expect("written");
+        let is_lit = |i: usize| i < 45 * 36;
+        let bins: Vec<f64> = (0..2 * 90 * 36)
+            .map(|i| if is_lit(i) { 300.0 / std::f64::consts::TAU } else { 0.0 })
+            .collect();
+        write_npy(&folder.join("far_field.npy"), &[2, 90, 36], &bins).expect("written");
         let flux = || {
             let model = model(&folder).expect("a folder");
             as_it_stands(&folder, &model).map(|(far, _)| far.flux())

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Reading NumPy's `.npy`: a header that says type and shape, then the values.
+//! NumPy's `.npy`: a header that states type and shape, then the values.
 //!
-//! In: the bytes of a file. Out: shape and values, or an error with offset, what was expected and
-//! what stands there. The header's word is checked against the bytes before anything is allocated,
-//! so that a file cannot ask for memory out of proportion to its length. Layout: NumPy's
-//! `numpy.lib.format`, versions 1 to 3; little-endian values in C order.
+//! A reader compares the header with the length of the file before it allocates anything, so that a
+//! file cannot ask for memory out of proportion to its length. Layout: NumPy's `numpy.lib.format`;
+//! little-endian values in C order, read in versions 1 to 3 and written in version 1.
+
+use std::io::Write;
 
 use anyhow::{Context, Result, bail, ensure};
 
@@ -18,6 +19,8 @@ pub trait Element: Copy {
     const SIZE: usize;
     /// The value in [`Element::SIZE`] bytes.
     fn from_bytes(bytes: &[u8]) -> Self;
+    /// Appends the bytes of the value.
+    fn append_to(self, bytes: &mut Vec<u8>);
 }
 
 macro_rules! elements {
@@ -30,6 +33,9 @@ macro_rules! elements {
                 own.copy_from_slice(bytes);
                 Self::from_le_bytes(own)
             }
+            fn append_to(self, bytes: &mut Vec<u8>) {
+                bytes.extend_from_slice(&self.to_le_bytes());
+            }
         }
     )*};
 }
@@ -39,6 +45,36 @@ elements! {
     i32, "<i4";
     f32, "<f4";
     f64, "<f8";
+}
+
+/// The length of magic, version, length and header is a multiple of this.
+const ALIGNMENT: usize = 64;
+
+/// Writes `values` as an array of this shape, the last index running fastest.
+///
+/// # Errors
+/// Values that do not fill the shape, a file that cannot be written.
+pub fn write<T: Element>(file: &mut (impl Write + ?Sized), shape: &[usize], values: &[T]) -> Result<()> {
+    ensure!(
+        shape.iter().product::<usize>() == values.len(),
+        "expected the values of the shape {shape:?}, got {}",
+        values.len()
+    );
+    let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
+    let lengths = if shape.len() == 1 { lengths.trim_end() } else { lengths.trim_end_matches(", ") };
+    let mut header =
+        format!("{{'descr': '{}', 'fortran_order': False, 'shape': ({lengths}), }}", T::DESCR);
+    let unpadded = MAGIC.len() + 4 + header.len() + 1;
+    header.push_str(&" ".repeat(unpadded.next_multiple_of(ALIGNMENT) - unpadded));
+    header.push('\n');
+    let mut bytes = MAGIC.to_vec();
+    bytes.extend_from_slice(&[1, 0]);
+    bytes.extend_from_slice(&u16::try_from(header.len())?.to_le_bytes());
+    bytes.extend_from_slice(header.as_bytes());
+    for &value in values {
+        value.append_to(&mut bytes);
+    }
+    Ok(file.write_all(&bytes)?)
 }
 
 /// Shape and values of the array in `bytes`, the last index running fastest.
@@ -120,28 +156,36 @@ fn shape(text: &str) -> Option<Vec<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ndarray::{Array1, Array2, Array3, ShapeBuilder};
-    use ndarray_npy::WriteNpyExt;
 
-    fn file(array: &impl WriteNpyExt) -> Vec<u8> {
+    fn file<T: Element>(shape: &[usize], values: &[T]) -> Vec<u8> {
         let mut bytes = Vec::new();
-        array.write_npy(&mut bytes).expect("written");
+        write(&mut bytes, shape, values).expect("written");
         bytes
     }
 
+    /// What `numpy.save` of NumPy 2.3 writes for `np.array([[1.5, -2.0]])`.
     #[test]
-    fn arrays_of_the_writer_come_back() {
-        let cube = Array3::from_shape_fn((2, 3, 4), |(i, j, k)| (100 * i + 10 * j + k) as f64);
-        let (shape, values) = read::<f64>(&file(&cube)).expect("valid");
-        assert_eq!((shape, values), (vec![2, 3, 4], cube.iter().copied().collect()));
-        let (shape, values) = read::<u8>(&file(&Array1::from(vec![7_u8, 8]))).expect("valid");
-        assert_eq!((shape, values), (vec![2], vec![7, 8]));
-        assert!(read::<i32>(&file(&Array1::from(Vec::<i32>::new()))).expect("valid").1.is_empty());
+    fn bytes_are_those_of_numpy() {
+        let header = "{'descr': '<f8', 'fortran_order': False, 'shape': (1, 2), }";
+        let mut expected = b"\x93NUMPY\x01\x00\x76\x00".to_vec();
+        expected.extend_from_slice(format!("{header:<117}\n").as_bytes());
+        expected.extend_from_slice(&[0, 0, 0, 0, 0, 0, 0xf8, 0x3f, 0, 0, 0, 0, 0, 0, 0, 0xc0]);
+        assert_eq!(file(&[1, 2], &[1.5, -2.0]), expected);
+    }
+
+    #[test]
+    fn arrays_come_back() {
+        let cube: Vec<f64> = (0..24).map(f64::from).collect();
+        assert_eq!(read(&file(&[2, 3, 4], &cube)).expect("valid"), (vec![2, 3, 4], cube));
+        assert_eq!(read(&file(&[2], &[7_u8, 8])).expect("valid"), (vec![2], vec![7, 8]));
+        assert_eq!(read::<i32>(&file::<i32>(&[0], &[])).expect("valid"), (vec![0], vec![]));
+        assert_eq!(read::<f32>(&file(&[], &[7_f32])).expect("valid"), (vec![], vec![7.0]));
+        assert!(write(&mut Vec::new(), &[2, 2], &[1.0; 3]).is_err());
     }
 
     #[test]
     fn headers_that_lie_are_refused_before_anything_is_allocated() {
-        let good = file(&Array1::from(vec![1.0_f32, 2.0]));
+        let good = file(&[2], &[1.0_f32, 2.0]);
         let text = |from: &str, to: &str| {
             let at = good.windows(from.len()).position(|w| w == from.as_bytes());
             let at = at.expect("in the header");
@@ -177,7 +221,9 @@ mod tests {
             let got = error(&bad);
             assert!(got.contains(expected), "{expected}: {got}");
         }
-        let turned = Array2::<f32>::zeros((2, 3).f());
-        assert!(error(&file(&turned)).contains("expected fortran_order False"));
+        let square = file(&[1, 2], &[1.0_f32, 2.0]);
+        let turned = String::from_utf8_lossy(&square[10..]).replace("False", "True ");
+        let turned = [&square[..10], turned.as_bytes()].concat();
+        assert!(error(&turned).contains("expected fortran_order False"));
     }
 }

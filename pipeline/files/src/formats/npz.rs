@@ -12,10 +12,9 @@ use anyhow::{Context, Result, anyhow, ensure};
 use bsdf::{
     EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarisation, Side, TableHeader,
 };
-use ndarray::Array1;
-use ndarray_npy::NpzWriter;
 use serde::{Deserialize, Serialize};
-use zip::ZipArchive;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipArchive, ZipWriter};
 
 use super::npy::{self, Element};
 use super::sniff::Sniff;
@@ -82,20 +81,31 @@ pub fn write(table: &OrderTable, file: &mut (impl Write + Seek)) -> Result<()> {
             p.push(in_p.efficiency as f32);
         }
     }
-    let mut npz = NpzWriter::new_compressed(file);
-    npz.add_array("header", &Array1::from(serde_json::to_vec(&about)?))?;
-    npz.add_array("node_side", &Array1::from(side))?;
-    npz.add_array("node_kx", &Array1::from(kx))?;
-    npz.add_array("node_ky", &Array1::from(ky))?;
-    npz.add_array("node_kx_index", &Array1::from(kx_index))?;
-    npz.add_array("node_ky_index", &Array1::from(ky_index))?;
-    npz.add_array("order_node", &Array1::from(of_node))?;
-    npz.add_array("order_side", &Array1::from(to))?;
-    npz.add_array("order", &Array1::from(order))?;
-    npz.add_array("s", &Array1::from(s))?;
-    npz.add_array("p", &Array1::from(p))?;
-    npz.finish()?;
+    let mut archive = ZipWriter::new(file);
+    add_array(&mut archive, "header", &serde_json::to_vec(&about)?)?;
+    add_array(&mut archive, "node_side", &side)?;
+    add_array(&mut archive, "node_kx", &kx)?;
+    add_array(&mut archive, "node_ky", &ky)?;
+    add_array(&mut archive, "node_kx_index", &kx_index)?;
+    add_array(&mut archive, "node_ky_index", &ky_index)?;
+    add_array(&mut archive, "order_node", &of_node)?;
+    add_array(&mut archive, "order_side", &to)?;
+    add_array(&mut archive, "order", &order)?;
+    add_array(&mut archive, "s", &s)?;
+    add_array(&mut archive, "p", &p)?;
+    archive.finish()?;
     Ok(())
+}
+
+/// Adds an array of one dimension.
+fn add_array<T: Element>(
+    archive: &mut ZipWriter<impl Write + Seek>,
+    name: &str,
+    values: &[T],
+) -> Result<()> {
+    let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
+    archive.start_file(format!("{name}.npy"), options)?;
+    npy::write(archive, &[values.len()], values)
 }
 
 /// The archive on its way in.

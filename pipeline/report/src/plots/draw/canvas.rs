@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A picture of lines, areas and letters, written as SVG; its PNG is made of that same SVG by
-//! `resvg`.
+//! A picture of lines, areas and letters: the text of an SVG image, and the same marks for a PNG.
 
 use std::fmt::{Arguments, Write as _};
-use std::sync::{Arc, LazyLock};
 
 use anyhow::{Context, Result};
 use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use minijinja::HtmlEscape;
-use resvg::tiny_skia::{ColorU8, Pixmap, Transform};
-use resvg::usvg::{self, fontdb};
+use tiny_skia::{ColorU8, Pixmap};
 
 use super::colour::Colour;
 use super::font::{self, CAPITAL_HEIGHT, Weight};
+use super::raster::{self, Mark};
 
 /// A point in pixels: x to the right, y downwards.
 pub type Point = [f64; 2];
@@ -144,26 +142,19 @@ impl Letters {
     }
 }
 
-/// A picture being drawn, as the text of an SVG image.
+/// A picture being drawn.
 pub struct Canvas {
     elements: String,
+    marks: Vec<Mark>,
     clips: usize,
     size: [u32; 2],
 }
 
-/// The fonts compiled in, so that no picture depends on the machine.
-static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
-    let mut fonts = fontdb::Database::new();
-    for bytes in font::FILES {
-        fonts.load_font_data(bytes.to_vec());
-    }
-    Arc::new(fonts)
-});
-
 impl Canvas {
     /// A white canvas of so many pixels.
     pub fn new(width: u32, height: u32) -> Self {
-        let mut canvas = Self { elements: String::new(), clips: 0, size: [width, height] };
+        let (elements, marks) = (String::new(), Vec::new());
+        let mut canvas = Self { elements, marks, clips: 0, size: [width, height] };
         canvas.rectangle(canvas.area(), Colour::WHITE);
         canvas
     }
@@ -208,7 +199,9 @@ impl Canvas {
         self.add(format_args!(
             r#"<clipPath id="clip{id}"><polygon points="{points}"/></clipPath><g clip-path="url(#clip{id})">"#
         ));
+        self.marks.push(Mark::Clip(outline.to_vec()));
         draw(self);
+        self.marks.push(Mark::Unclip);
         self.add(format_args!("</g>"));
     }
 
@@ -226,24 +219,29 @@ impl Canvas {
         let d: String = lines.iter().map(one).collect();
         let stroke = stroke(pen);
         self.add(format_args!(r#"<path d="{d}" fill="none"{stroke}/>"#));
+        let lines = lines.iter().map(|line| line.to_vec()).collect();
+        self.marks.push(Mark::line(lines, false, pen));
     }
 
     /// A line through points.
     pub fn polyline(&mut self, line: &[Point], pen: &Pen) {
         let (points, stroke) = (points(line), stroke(pen));
         self.add(format_args!(r#"<polyline points="{points}" fill="none"{stroke}/>"#));
+        self.marks.push(Mark::line(vec![line.to_vec()], false, pen));
     }
 
     /// The outline of a polygon.
     pub fn outline(&mut self, corners: &[Point], pen: &Pen) {
         let (points, stroke) = (points(corners), stroke(pen));
         self.add(format_args!(r#"<polygon points="{points}" fill="none"{stroke}/>"#));
+        self.marks.push(Mark::line(vec![corners.to_vec()], true, pen));
     }
 
     /// A filled polygon.
     pub fn polygon(&mut self, corners: &[Point], colour: Colour) {
         let (points, fill) = (points(corners), paint("fill", colour));
         self.add(format_args!(r#"<polygon points="{points}"{fill}/>"#));
+        self.marks.push(Mark::area(vec![corners.to_vec()], colour));
     }
 
     /// Lines, closed or not, with what lies within an odd number of them filled.
@@ -253,12 +251,16 @@ impl Canvas {
             format!("M {}{}", points.join(" L "), if closed { " Z" } else { "" })
         };
         let d: Vec<String> = lines.iter().map(one).collect();
-        let fill = fill.map_or(r#" fill="none""#.to_owned(), |colour| paint("fill", colour));
+        let filled = fill.map_or(r#" fill="none""#.to_owned(), |colour| paint("fill", colour));
         self.add(format_args!(
-            r#"<path d="{}" fill-rule="evenodd"{fill}{}/>"#,
+            r#"<path d="{}" fill-rule="evenodd"{filled}{}/>"#,
             d.join(" "),
             stroke(pen)
         ));
+        if let Some(colour) = fill {
+            self.marks.push(Mark::area(lines.to_vec(), colour));
+        }
+        self.marks.push(Mark::line(lines.to_vec(), closed, pen));
     }
 
     /// A filled rectangle.
@@ -270,21 +272,21 @@ impl Canvas {
     pub fn disk(&mut self, [x, y]: Point, radius: f64, colour: Colour) {
         let fill = paint("fill", colour);
         self.add(format_args!(r#"<circle cx="{x:.1}" cy="{y:.1}" r="{radius:.1}"{fill}/>"#));
+        self.marks.push(Mark::Disk { centre: [x, y], radius, colour });
     }
 
     /// One line of text at a place.
     pub fn text(&mut self, text: &str, at: Point, letters: &Letters) {
-        self.write(text, at, letters, "");
+        self.write(text, at, letters, None);
     }
 
     /// Text with a white rim, readable on any ground.
     pub fn text_with_rim(&mut self, text: &str, at: Point, letters: &Letters) {
         let rim = Pen::solid(Colour::WHITE.with_opacity(0.85), 3.6);
-        let stroke = stroke(&rim);
-        self.write(text, at, letters, &format!(r#" paint-order="stroke"{stroke}"#));
+        self.write(text, at, letters, Some(rim));
     }
 
-    fn write(&mut self, text: &str, [x, y]: Point, letters: &Letters, more: &str) {
+    fn write(&mut self, text: &str, [x, y]: Point, letters: &Letters, rim: Option<Pen>) {
         let (size, drop) = (letters.size, letters.size * CAPITAL_HEIGHT / 2.0);
         let anchor = match letters.align {
             Align::Left => "",
@@ -301,10 +303,14 @@ impl Canvas {
             let turn = letters.turn_deg;
             format!(r#"transform="translate({x:.1} {y:.1}) rotate({turn})" y="{drop:.1}""#)
         };
-        let (fill, text) = (paint("fill", letters.colour), HtmlEscape(text));
+        let more = rim.map_or(String::new(), |rim| {
+            format!(r#" paint-order="stroke"{}"#, stroke(&rim))
+        });
+        let (fill, escaped) = (paint("fill", letters.colour), HtmlEscape(text));
         self.add(format_args!(
-            r#"<text {place} font-size="{size:.1}"{weight}{anchor}{fill}{more}>{text}</text>"#
+            r#"<text {place} font-size="{size:.1}"{weight}{anchor}{fill}{more}>{escaped}</text>"#
         ));
+        self.marks.push(Mark::Text { text: text.to_owned(), at: [x, y], letters: *letters, rim });
     }
 
     /// Fills `area` with an embedded image of `columns` times `rows` pixels, the first row on top.
@@ -335,6 +341,7 @@ impl Canvas {
             area.height(),
             BASE64_STANDARD.encode(png)
         ));
+        self.marks.push(Mark::Image { area, pixels, smooth });
     }
 
     /// The finished picture.
@@ -345,6 +352,7 @@ impl Canvas {
                 "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" font-family=\"DejaVu Sans, sans-serif\">\n{}</svg>\n",
                 self.elements
             ),
+            marks: self.marks,
             size: self.size,
         }
     }
@@ -355,9 +363,10 @@ impl Canvas {
 }
 
 /// A finished picture.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
     svg: String,
+    marks: Vec<Mark>,
     size: [u32; 2],
 }
 
@@ -367,18 +376,12 @@ impl Picture {
         &self.svg
     }
 
-    /// The picture as a PNG file, made of the same SVG image.
+    /// The picture as a PNG file.
     ///
     /// # Errors
     /// A picture for which there is no memory, or a failing encoder.
     pub fn png(&self) -> Result<Vec<u8>> {
-        let options = usvg::Options { fontdb: FONTS.clone(), ..usvg::Options::default() };
-        let tree = usvg::Tree::from_str(&self.svg, &options).context("cannot draw the picture")?;
-        let [width, height] = self.size;
-        let mut pixels = Pixmap::new(width, height)
-            .with_context(|| format!("cannot draw a picture of {width} x {height} pixels"))?;
-        resvg::render(&tree, Transform::identity(), &mut pixels.as_mut());
-        pixels.encode_png().context("cannot encode the picture")
+        raster::draw(&self.marks, self.size)?.encode_png().context("cannot encode the picture")
     }
 }
 

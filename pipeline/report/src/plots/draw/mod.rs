@@ -10,5 +10,6 @@ pub mod font;
 pub mod line_colours;
 pub mod palette;
 pub mod panel;
+mod raster;
 pub mod scale;
 pub mod sheet;
