@@ -26,7 +26,12 @@ impl Live {
     fn start(text: &str) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         std::fs::write(folder.path().join("own.toml"), text).expect("written");
-        let mut child = Command::new(binary::PATH)
+        Self::start_by(Command::new(binary::PATH), folder)
+    }
+
+    /// Starts it on the design in `folder` by `command`, which runs the binary.
+    fn start_by(mut command: Command, folder: TempDir) -> Self {
+        let mut child = command
             .args(["explore", "own.toml", "--no-open", "--quiet"])
             .current_dir(folder.path())
             .stdout(Stdio::piped())
@@ -101,6 +106,21 @@ impl Live {
             std::thread::sleep(Duration::from_millis(50));
         }
         panic!("no last frame: {state}");
+    }
+
+    /// What a client hears that sends these words and nothing more.
+    fn say(&self, words: &str) -> String {
+        let mut to = TcpStream::connect(&self.host).expect("connects");
+        to.set_read_timeout(Some(Duration::from_secs(20))).expect("a time limit");
+        // A server that has heard enough hangs up.
+        let _ = to.write_all(words.as_bytes());
+        let mut answer = Vec::new();
+        let _ = to.read_to_end(&mut answer);
+        String::from_utf8_lossy(&answer).into_owned()
+    }
+
+    fn state(&self) -> Value {
+        serde_json::from_str(&self.get("state").1).expect("JSON")
     }
 
     /// Ends it; true where that went well, with what it said.
@@ -307,6 +327,94 @@ fn a_thousand_changes_leave_the_memory_as_it_was() {
 }
 
 #[test]
+fn what_a_client_claims_is_not_believed() {
+    let live = Live::start(&own());
+    let (host, secret) = (&live.host, &live.secret);
+    for length in ["100000000000", "1000000000000000", "18446744073709551615", "-1", "1e3"] {
+        let answer = live.say(&format!("POST / HTTP/1.1\r\nContent-Length: {length}\r\n\r\n"));
+        assert!(answer.starts_with("HTTP/1.1 4"), "{length}: {answer}");
+    }
+    // Its own page has no more than others.
+    let own_head = format!(
+        "POST {secret}/set HTTP/1.1\r\nHost: {host}\r\nOrigin: http://{host}\r\nContent-Length: 100000000000\r\n\r\n"
+    );
+    assert!(live.say(&own_head).starts_with("HTTP/1.1 413"));
+    for head in ["x: y\r\n".repeat(100_000), format!("x: {}\r\n", "y".repeat(1 << 20))] {
+        let answer = live.say(&format!("GET / HTTP/1.1\r\n{head}\r\n"));
+        assert!(answer.is_empty() || answer.starts_with("HTTP/1.1 431"), "{answer}");
+    }
+    assert_eq!(live.get("state").0, 200);
+    assert!(live.ends());
+}
+
+#[test]
+#[cfg(unix)]
+fn idle_connections_neither_end_it_nor_keep_its_page_out() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("own.toml"), own()).expect("written");
+    let mut limited = Command::new("sh");
+    limited.args(["-c", "ulimit -n 40; exec \"$0\" \"$@\"", binary::PATH]);
+    let live = Live::start_by(limited, folder);
+    let idle = || {
+        let mut to = TcpStream::connect(&live.host).expect("connects");
+        // One that was closed to make room refuses it.
+        let _ = to.write_all(b"GET /");
+        to
+    };
+    let connections: Vec<TcpStream> = (0..200).map(|_| idle()).collect();
+    let asked = Instant::now();
+    assert_eq!(live.get("state").0, 200);
+    assert!(asked.elapsed() < Duration::from_secs(4), "{:?}", asked.elapsed());
+    drop(connections);
+    assert!(live.ends());
+}
+
+#[test]
+#[ignore = "slow: waits for the time limit of a head (5 s)"]
+fn a_slow_head_is_hung_up_on() {
+    let live = Live::start(&own());
+    let begun = Instant::now();
+    live.say("GET / HTTP/1.1\r\nHost: ");
+    assert!((4.0..15.0).contains(&begun.elapsed().as_secs_f64()), "{:?}", begun.elapsed());
+    assert!(live.ends());
+}
+
+#[test]
+#[cfg(unix)]
+fn a_draft_survives_whatever_ends_the_server() {
+    let mut live = Live::start(&own());
+    live.post("set", &json!({"path": "array.pitch_mm", "value": 6}));
+    live.child.kill().expect("killed");
+    live.child.wait().expect("ended");
+    let draft = live.folder.path().join(".own.toml.draft");
+    let text = std::fs::read_to_string(&draft).expect("a draft");
+    assert_eq!(text, own().replace("pitch_mm = 5.0", "pitch_mm = 6.0"));
+    let live = Live::start_by(Command::new(binary::PATH), live.folder);
+    assert_eq!(
+        (&live.state()["text"], &live.state()["offers_draft"]),
+        (&json!(own()), &json!(true))
+    );
+    // It is not lost by a word about something else.
+    let edit = json!({"path": "array.pitch_mm", "value": 7});
+    assert_eq!(live.post("set", &edit).0, 409);
+    assert_eq!(live.post("draft/take", &json!({})).1["text"], text);
+    live.post("save", &json!({}));
+    assert_eq!(std::fs::read_to_string(live.file()).expect("read"), text);
+    assert!(!draft.exists());
+    live.post("set", &edit);
+    // A draft that is not saved outlives an ordinary end, too.
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::copy(&draft, folder.path().join(".own.toml.draft")).expect("copied");
+    let (ended, said) = live.end();
+    assert!(ended && said.contains("own.toml.draft` keeps it"), "{said}");
+    std::fs::write(folder.path().join("own.toml"), own()).expect("written");
+    let live = Live::start_by(Command::new(binary::PATH), folder);
+    assert_eq!(live.post("draft/discard", &json!({})).1["offers_draft"], false);
+    assert!(!live.folder.path().join(".own.toml.draft").exists());
+    assert!(live.ends());
+}
+
+#[test]
 fn what_cannot_be_shown_is_one_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let explore = |arguments: &[&str]| {
@@ -325,6 +433,10 @@ fn what_cannot_be_shown_is_one_line() {
         .expect("written");
     let bad = explore(&["bad.toml"]);
     assert!(bad.contains("bad.toml: array.pitch_mm = -5") && bad.lines().count() == 1, "{bad}");
+    if cfg!(unix) {
+        let device = explore(&["/dev/zero"]);
+        assert!(device.contains("got a pipe or a device"), "{device}");
+    }
     let taken = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
     let port = taken.local_addr().expect("bound").port().to_string();
     std::fs::write(folder.path().join("own.toml"), own()).expect("written");

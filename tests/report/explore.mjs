@@ -71,6 +71,8 @@ claim((await page.locator("#drawn figure:visible svg").count()) === 4, "section,
 await isDone(page);
 const first = await page.locator("#largest b").allInnerTexts();
 claim(first.length >= 4, `figures stand at the top: ${first.join(", ")}`);
+const cut = await page.locator("#largest b").evaluateAll((all) => all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.textContent));
+claim(cut.length === 0, `no figure at the top is cut${cut.map((words) => `: ${words}`).join("")}`);
 
 // Turned by the keyboard alone.
 await number(page, "array.pitch_mm").focus();

@@ -14,8 +14,8 @@ use files::serde_messages::plain;
 
 use super::tagged::{Complaint, TaggedTable, is_inserted};
 
-/// Most characters of the text that are shown.
-const MAX_SHOWN: usize = 40;
+/// Most characters of a word that are shown.
+const MAX_SHOWN: usize = 16;
 
 /// Reads `text`; `tagged` are the tables in it that are of one of several kinds.
 ///
@@ -180,19 +180,21 @@ fn in_syntax(said: &str, text: &str, span: Range<usize>) -> String {
         _ if said.contains("expected") => said,
         _ => said + ", expected TOML",
     };
-    format!("{expected}, got {}", found(text, span))
+    format!("{expected}, got {}", found(text, span.start))
 }
 
-/// The text of a place, to the end of its line; of an empty place, what follows it.
-fn found(text: &str, span: Range<usize>) -> String {
-    let rest = text.get(span.start..).unwrap_or_default();
-    let length = if span.is_empty() { rest.len() } else { span.len() };
-    let line = rest.get(..length).unwrap_or(rest).lines().next();
-    let shown: String = line.unwrap_or_default().chars().take(MAX_SHOWN).collect();
-    match shown.trim_end() {
-        "" if rest.trim().is_empty() => "the end of the file".to_owned(),
-        "" => "the end of the line".to_owned(),
-        shown => format!("`{shown}`"),
+/// The word or the mark at a place: what is no TOML may be a file of another kind, of which no line
+/// is shown.
+fn found(text: &str, place: usize) -> String {
+    let rest = text.get(place..).unwrap_or_default();
+    let line = rest.lines().next().unwrap_or_default().trim_start();
+    let is_of_word = |c: &char| c.is_alphanumeric() || "_-.".contains(*c);
+    let word: String = line.chars().take_while(is_of_word).take(MAX_SHOWN).collect();
+    match (word.is_empty(), line.chars().next()) {
+        (false, _) => format!("`{word}`"),
+        (true, Some(mark)) => format!("`{mark}`"),
+        (true, None) if rest.trim().is_empty() => "the end of the file".to_owned(),
+        (true, None) => "the end of the line".to_owned(),
     }
 }
 
@@ -237,6 +239,7 @@ mod tests {
                 "name = \"a\"\nname = \"b\"\n",
                 "line 2, column 1: expected each key once, got `name`",
             ),
+            ("root:x:0:0:root:/root\n", "line 1, column "),
             ("name = \"a\"\n\n[size", "line 3, column 6: "),
             ("name = \"a\nsize = 1", "line 1, column 10: "),
             ("name = \"ä\" size = [1, 2]", "line 1, column 12: "),
@@ -279,7 +282,7 @@ mod tests {
         ] {
             let said = read::<Sheet>(text, &[]).expect_err(text);
             assert!(said.starts_with(expected) && !said.contains('\n'), "{said}");
-            assert!(said.contains("expected"), "{said}");
+            assert!(said.contains("expected") && !said.contains("/root"), "{said}");
         }
     }
 }

@@ -14,11 +14,12 @@ use metrics::quantity::Unit;
 use output::live::LiveLight;
 use report::html::pictures::within_page;
 use results::figure_entry::FigureEntry;
+use results::headline::headline;
 use results::optimisation::Verdict;
 use results::{ModelResult, shown};
 
-/// Figures that stand large at the top.
-const MAIN: [&str; 6] = [
+/// Figures that stand large at the top, unless those of receivers do.
+const GENERAL: [&str; 6] = [
     UNIFORMITY.key,
     "cell_valley_to_peak",
     EXTRACTION.key,
@@ -64,6 +65,7 @@ pub fn frame(
         "paths_text": thousands(result.paths),
         "label": result.label,
         "figures": figures(now, &before.unwrap_or_default(), &light.changes),
+        "headline": headline(&GENERAL, result.receivers.as_ref()),
         "ledger": ledger(result),
         "warnings": warnings.iter().cloned().chain(other_units).collect::<Vec<_>>(),
         "pictures": package.into_iter().chain(drawn).collect::<Vec<_>>(),
@@ -95,7 +97,6 @@ fn figures(now: Vec<Row>, before: &[Row], changes: &[(String, FigureEntry)]) -> 
             "standard_error": entry.standard_error,
             "text": shown::text(&entry, unit),
             "larger_is_better": larger,
-            "main": MAIN.contains(&&*key),
             "resolved": shown::in_words(&entry, unit).is_none(),
             "beside": kept.map(|kept| shown::text(&kept.entry, kept.unit)),
             "change": change.map(|change| shown::difference_between(change, unit)),

@@ -18,6 +18,7 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | `design_file` | the file, and the draft kept beside it |
 //! | [`draft`] | edits of the text of a design |
 //! | [`fields`] | numbers of a design for people: label, unit, meaning, range of a slider |
 //! | `fault` | refusals by key and line |
@@ -28,12 +29,15 @@
 //! | `view_3d` | package and paths in three dimensions |
 //! | `search`, `search_thread` | a search from the present design, and its work |
 //! | `page` | the page, its style and scripts |
+//! | `http` | connections, and bounds on what clients send |
 //! | [`server`] | requests, and who may make them |
 
+mod design_file;
 pub mod draft;
 mod fault;
 pub mod fields;
 mod frame;
+mod http;
 mod page;
 mod search;
 mod search_thread;

@@ -2,8 +2,9 @@
 //! The session of one design: draft of its text, history, kept states, choice of the model, and the
 //! newest frame. The file changes when it is saved, and not before.
 
-use std::io::{Error, ErrorKind};
-use std::path::{Path, PathBuf};
+mod file;
+
+use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -12,16 +13,18 @@ use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 use design::Design;
-use files::atomic_file::write_bytes;
 use files::formats::{WRITERS, Writes};
 use files::interrupt::Interrupt;
 use simulate::model::Model;
 use simulate::scene_check;
 
+use crate::design_file::DesignFile;
 use crate::draft;
 use crate::fault::Fault;
 use crate::fields::fields;
 use crate::search::Search;
+
+use self::file::{Disk, Saved};
 
 /// Entries of the history of undo.
 const MAX_HISTORY: usize = 200;
@@ -53,17 +56,6 @@ struct Kept {
     model: Model,
 }
 
-/// What lies under the name of the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Disk {
-    /// What was last read or written.
-    Known,
-    /// What others wrote.
-    Changed,
-    /// Nothing.
-    Gone,
-}
-
 #[derive(Debug)]
 struct State {
     /// Grows with every change that the page shows.
@@ -71,11 +63,7 @@ struct State {
     draft: String,
     /// Grows with every change of the draft.
     edition: u64,
-    /// Content of the file as last read or written.
-    stored: String,
-    /// True of a file whose lines end as on Windows; texts here end them by `\n` alone.
-    has_crlf: bool,
-    disk: Disk,
+    saved: Saved,
     /// The newest text that is a design, and that design.
     good: String,
     design: Design,
@@ -106,10 +94,12 @@ struct State {
 /// The session of one design.
 #[derive(Debug)]
 pub struct Session {
-    path: PathBuf,
-    file: String,
-    /// Held while something reads the draft or the file to change one of them.
-    edits: Mutex<()>,
+    file: DesignFile,
+    /// The path of the file, as messages name it.
+    name: String,
+    /// Held while something reads the draft or the file to change one of them; the draft that is
+    /// kept beside the file.
+    edits: Mutex<Option<String>>,
     state: Mutex<State>,
     changed: Condvar,
 }
@@ -120,16 +110,26 @@ impl Session {
     /// # Errors
     /// A file that cannot be read or is no design.
     pub fn open(path: &Path) -> Result<Self> {
-        let file = path.display().to_string();
-        let (text, has_crlf) = read(path).with_context(|| format!("{file}: cannot be read"))?;
-        let design = scene_check::parse(&file, &text, folder(path))?;
+        let (file, name) = (DesignFile::new(path)?, path.display().to_string());
+        let draft = file.draft();
+        let read = file.read().with_context(|| format!("{name}: cannot be read"));
+        let parsed = read.and_then(|(text, has_crlf)| {
+            Ok((scene_check::parse(&name, &text, folder(path))?, text, has_crlf))
+        });
+        let (design, text, has_crlf) = match draft {
+            None => parsed?,
+            Some(_) => parsed.with_context(|| {
+                format!("`{}` keeps a draft of an earlier session", file.draft_path().display())
+            })?,
+        };
+        let offered = draft.clone().filter(|draft| *draft != text);
+        let saved =
+            Saved { text: text.clone(), has_crlf, disk: Disk::Known, offered, unkept: None };
         let state = State {
             number: 1,
             draft: text.clone(),
             edition: 1,
-            stored: text.clone(),
-            has_crlf,
-            disk: Disk::Known,
+            saved,
             good: text,
             design,
             fault: None,
@@ -151,12 +151,8 @@ impl Session {
             search: Search::default(),
             command: None,
         };
-        let (edits, state, changed) = (Mutex::default(), Mutex::new(state), Condvar::new());
-        Ok(Self { path: path.to_owned(), file, edits, state, changed })
-    }
-
-    fn edit(&self) -> MutexGuard<'_, ()> {
-        self.edits.lock().unwrap_or_else(PoisonError::into_inner)
+        let (edits, state, changed) = (Mutex::new(draft), Mutex::new(state), Condvar::new());
+        Ok(Self { file, name, edits, state, changed })
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -174,8 +170,8 @@ impl Session {
     }
 
     fn parse(&self, text: &str) -> Result<Design, Fault> {
-        scene_check::parse(&self.file, text, folder(&self.path))
-            .map_err(|error| Fault::of_design(&error, &self.file))
+        scene_check::parse(&self.name, text, folder(self.path()))
+            .map_err(|error| Fault::of_design(&error, &self.name))
     }
 
     /// Sets the key at `path` of the draft, or removes it where there is no `value`; `part` while a
@@ -184,7 +180,7 @@ impl Session {
     /// # Errors
     /// A key or a value that the design does not take: nothing changes.
     pub fn set(&self, path: &str, value: Option<&Value>, part: bool) -> Result<(), Fault> {
-        let _edit = self.edit();
+        let _edit = self.edit_draft()?;
         let draft = self.lock().draft.clone();
         let edited = match value {
             Some(value) => draft::set(&draft, path, value),
@@ -218,7 +214,7 @@ impl Session {
     /// # Errors
     /// A draft that changed meanwhile.
     pub fn write(&self, text: &str, edition: Option<u64>) -> Result<(), Fault> {
-        let _edit = self.edit();
+        let _edit = self.edit_draft()?;
         if edition.is_some_and(|edition| edition != self.lock().edition) {
             return Err(Fault::conflict("the design was changed elsewhere while this was written"));
         }
@@ -231,7 +227,7 @@ impl Session {
     /// # Errors
     /// Those of `edit`, and a draft that is no design.
     pub(crate) fn rewrite(&self, edit: impl FnOnce(String) -> Result<String>) -> Result<(), Fault> {
-        let _edit = self.edit();
+        let _edit = self.edit_draft()?;
         let (.., draft) = self.present()?;
         self.take_text(edit(draft).map_err(|error| Fault::new(format!("{error:#}")))?);
         Ok(())
@@ -284,83 +280,6 @@ impl Session {
         Ok(())
     }
 
-    /// Writes the draft into the file; one that was changed by others only where `over`.
-    ///
-    /// # Errors
-    /// A file that was changed or cannot be written.
-    pub fn save(&self, over: bool) -> Result<(), Fault> {
-        let _edit = self.edit();
-        let (draft, stored, mut has_crlf) = {
-            let state = self.lock();
-            (state.draft.clone(), state.stored.clone(), state.has_crlf)
-        };
-        let is_of_others = match read(&self.path) {
-            Ok((now, crlf)) => {
-                has_crlf = crlf;
-                now != stored && now != draft
-            }
-            Err(error) => error.kind() != ErrorKind::NotFound,
-        };
-        if is_of_others && !over {
-            self.change(|state| state.disk = Disk::Changed);
-            return Err(Fault::conflict(
-                "the file was changed by another program; save again to replace it",
-            ));
-        }
-        let lines = if has_crlf { draft.replace('\n', "\r\n") } else { draft.clone() };
-        // Of a link the file that it leads to.
-        let target = std::fs::canonicalize(&self.path);
-        write_bytes(target.as_deref().unwrap_or(&self.path), lines.as_bytes())
-            .map_err(|error| Fault::new(format!("{error:#}")))?;
-        self.change(|state| (state.stored, state.disk) = (draft, Disk::Known));
-        Ok(())
-    }
-
-    /// Takes the content of the file as the draft.
-    ///
-    /// # Errors
-    /// A file that cannot be read.
-    pub fn reload(&self) -> Result<(), Fault> {
-        let _edit = self.edit();
-        let file = read(&self.path);
-        let file = file.map_err(|error| Fault::new(format!("{}: {error}", self.file)))?;
-        self.take_file(file);
-        Ok(())
-    }
-
-    fn take_file(&self, (text, has_crlf): (String, bool)) {
-        self.take_text(text.clone());
-        self.change(|state| {
-            (state.stored, state.has_crlf, state.disk) = (text, has_crlf, Disk::Known);
-        });
-    }
-
-    /// Looks at the file: what others wrote into it is the draft, unless that is unsaved.
-    pub fn watch(&self) {
-        let _edit = self.edit();
-        let file = read(&self.path);
-        let (found, known, is_saved) = {
-            let state = self.lock();
-            let found = match &file {
-                Ok((now, _)) if *now == state.stored => Disk::Known,
-                Err(error) if error.kind() == ErrorKind::NotFound => Disk::Gone,
-                _ => Disk::Changed,
-            };
-            (found, state.disk, state.draft == state.stored)
-        };
-        match file {
-            Ok(file) if found == Disk::Changed && is_saved => self.take_file(file),
-            _ if found != known => self.change(|state| state.disk = found),
-            _ => {}
-        }
-    }
-
-    /// True where the draft is other than the file.
-    pub fn is_unsaved(&self) -> bool {
-        let state = self.lock();
-        state.draft != state.stored
-    }
-
     /// Keeps the newest design, and puts it beside what follows.
     ///
     /// # Errors
@@ -374,7 +293,7 @@ impl Session {
         self.change(|state| {
             let id = state.next_kept;
             state.next_kept += 1;
-            let before = state.kept.last().map_or(&state.stored, |kept| &kept.text);
+            let before = state.kept.last().map_or(&state.saved.text, |kept| &kept.text);
             let label = format!("{id}: {}", differences(before, &state.good));
             state.kept.push(Kept {
                 id,
@@ -408,7 +327,7 @@ impl Session {
     /// # Errors
     /// A state that is not there.
     pub fn restore(&self, id: u64) -> Result<(), Fault> {
-        let _edit = self.edit();
+        let _edit = self.edit_draft()?;
         self.is_kept(id)?;
         self.change(|state| {
             let Some(kept) = state.kept.iter().find(|kept| kept.id == id) else { return };
@@ -464,7 +383,7 @@ impl Session {
 
     /// The file, as messages name it.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.file.path()
     }
 
     /// Waits for the next trace; `None` at the end.
@@ -581,13 +500,15 @@ impl Session {
         json!({
             "number": state.number,
             "state": state.job,
-            "file": self.path.file_name().map(|name| name.to_string_lossy()),
+            "file": self.path().file_name().map(|name| name.to_string_lossy()),
             "name": state.design.name,
             "text": state.draft,
             "edition": state.edition,
-            "saved": state.draft == state.stored && state.disk != Disk::Gone,
-            "file_changed": state.disk == Disk::Changed,
-            "file_gone": state.disk == Disk::Gone,
+            "saved": !state.is_unsaved(),
+            "file_changed": state.saved.disk == Disk::Changed,
+            "file_gone": state.saved.disk == Disk::Gone,
+            "offers_draft": state.saved.offered.is_some(),
+            "unkept": state.saved.unkept,
             "error": state.fault,
             "failed": state.failed,
             "fields": fields,
@@ -604,6 +525,11 @@ impl Session {
 }
 
 impl State {
+    /// True where the draft is other than the file.
+    fn is_unsaved(&self) -> bool {
+        self.draft != self.saved.text || self.saved.disk == Disk::Gone
+    }
+
     /// Puts the draft into the history.
     fn remember(&mut self) {
         self.undo.push(self.draft.clone());
@@ -679,13 +605,6 @@ impl Drop for Command<'_> {
     fn drop(&mut self) {
         self.session.lock().command = None;
     }
-}
-
-/// Text of a file with `\n` at the ends of its lines, and whether they end as on Windows.
-fn read(path: &Path) -> Result<(String, bool), Error> {
-    let text = design::read_text(path)?;
-    let has_crlf = text.contains("\r\n");
-    Ok((text.replace("\r\n", "\n"), has_crlf))
 }
 
 fn folder(path: &Path) -> &Path {

@@ -7,7 +7,7 @@
 //! writers that the end of the process cuts short.
 
 use std::collections::BTreeSet;
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{BufWriter, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -37,7 +37,53 @@ static CLOSED: AtomicBool = AtomicBool::new(false);
 /// An error of `fill`, a failing directory, file or rename, or [`close`] before the end; then
 /// nothing new is left and an older file stays.
 pub fn write_atomic(path: &Path, fill: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
-    write(path, Flush::Now, fill)
+    temporary(path, Flush::Now, None, fill)?.rename(path)
+}
+
+/// Writes `bytes` to the file at `path` as [`write_bytes`] does, with these permissions.
+///
+/// # Errors
+/// A failing directory, file or rename.
+pub fn replace(
+    path: &Path,
+    bytes: &[u8],
+    flush: Flush,
+    permissions: Option<Permissions>,
+) -> Result<()> {
+    temporary(path, flush, permissions, |file| Ok(file.write_all(bytes)?))?.rename(path)
+}
+
+/// Writes `bytes` to the file at `path`, which keeps its permissions, its owner and its other names:
+/// as [`replace`] where that keeps them, else in place.
+///
+/// # Errors
+/// A file that may not be written; a failing directory, file or rename.
+pub fn rewrite(path: &Path, bytes: &[u8]) -> Result<()> {
+    let may_not = || format!("`{}` cannot be written", path.display());
+    let about = fs::metadata(path).with_context(may_not)?;
+    ensure!(about.is_file(), "{}: it is no file", may_not());
+    let permissions = about.permissions();
+    ensure!(!permissions.readonly(), "{}: its mode is read-only", may_not());
+    let mut file = OpenOptions::new().write(true).open(path).with_context(may_not)?;
+    let written =
+        temporary(path, Flush::Now, Some(permissions), |file| Ok(file.write_all(bytes)?))?;
+    if is_alike(&about, &fs::metadata(&written.path)?) {
+        return written.rename(path);
+    }
+    file.set_len(0).and_then(|()| file.write_all(bytes)).and_then(|()| file.sync_all())?;
+    Ok(())
+}
+
+/// True where a file of one name can stand for another.
+#[cfg(unix)]
+fn is_alike(old: &fs::Metadata, new: &fs::Metadata) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    old.nlink() == 1 && [old.uid(), old.gid(), old.mode()] == [new.uid(), new.gid(), new.mode()]
+}
+
+#[cfg(not(unix))]
+fn is_alike(_: &fs::Metadata, _: &fs::Metadata) -> bool {
+    true
 }
 
 /// Files of one set, which are written whole and get their names together.
@@ -56,7 +102,7 @@ impl FileSet {
         path: &Path,
         fill: impl FnOnce(&mut dyn Sink) -> Result<()>,
     ) -> Result<()> {
-        self.written.push((temporary(path, Flush::Now, fill)?, path.to_path_buf()));
+        self.written.push((temporary(path, Flush::Now, None, fill)?, path.to_path_buf()));
         Ok(())
     }
 
@@ -74,7 +120,7 @@ impl FileSet {
 
 /// When bytes reach the disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Flush {
+pub enum Flush {
     /// Before the file gets its name.
     Now,
     /// When the system likes.
@@ -89,7 +135,7 @@ enum Flush {
 /// A failing directory, file or rename.
 pub fn write_new_json(path: &Path, value: &serde_json::Value) -> Result<bool> {
     let text = serde_json::to_string_pretty(value)? + "\n";
-    let written = temporary(path, Flush::Now, |file| Ok(file.write_all(text.as_bytes())?))?;
+    let written = temporary(path, Flush::Now, None, |file| Ok(file.write_all(text.as_bytes())?))?;
     // Unlike a rename, a link replaces nothing.
     match fs::hard_link(&written.path, path) {
         Ok(()) => Ok(true),
@@ -99,14 +145,11 @@ pub fn write_new_json(path: &Path, value: &serde_json::Value) -> Result<bool> {
     }
 }
 
-fn write(path: &Path, flush: Flush, fill: impl FnOnce(&mut dyn Sink) -> Result<()>) -> Result<()> {
-    temporary(path, flush, fill)?.rename(path)
-}
-
 /// A temporary file beside `path` that is filled and may be moved into place.
 fn temporary(
     path: &Path,
     flush: Flush,
+    permissions: Option<Permissions>,
     write: impl FnOnce(&mut dyn Sink) -> Result<()>,
 ) -> Result<Pending> {
     let name = path
@@ -139,6 +182,8 @@ fn temporary(
         .create_new(true)
         .open(&guard.path)
         .with_context(|| format!("cannot create `{}`", guard.path.display()))?;
+    let permitted = permissions.map_or(Ok(()), |permissions| file.set_permissions(permissions));
+    permitted.with_context(|| format!("cannot set the mode of `{}`", guard.path.display()))?;
     fill(file, write, flush).with_context(|| format!("cannot write `{}`", path.display()))?;
     open()?;
     Ok(guard)
@@ -171,7 +216,7 @@ pub fn is_closed() -> bool {
 /// # Errors
 /// A failing directory, file or rename.
 pub fn write_scratch(path: &Path, bytes: &[u8]) -> Result<()> {
-    write(path, Flush::Later, |file| Ok(file.write_all(bytes)?))
+    replace(path, bytes, Flush::Later, None)
 }
 
 /// Lets no more files of this process appear: every [`write_atomic`] from here on fails, running

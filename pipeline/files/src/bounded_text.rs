@@ -2,7 +2,7 @@
 //! Files that are read whole: none may claim memory out of proportion.
 
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
 
 use anyhow::{Result, anyhow, ensure};
@@ -38,13 +38,27 @@ pub fn bounded_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
         );
         Ok(())
     };
-    let file = File::open(path)?;
+    let file = open(path)?;
     is_small(file.metadata()?.len())?;
     let mut bytes = Vec::new();
-    // A pipe states no length: one byte more tells.
+    // A file that grows meanwhile.
     file.take(max_bytes + 1).read_to_end(&mut bytes)?;
     is_small(bytes.len() as u64)?;
     Ok(bytes)
+}
+
+/// Opens an input file. A pipe or a device would be waited for without end, and differs each time it
+/// is read.
+///
+/// # Errors
+/// A path at which no file is.
+pub fn open(path: &Path) -> io::Result<File> {
+    let about = std::fs::metadata(path)?;
+    // A folder is refused in the words of the system.
+    if !about.is_file() && !about.is_dir() {
+        return Err(io::Error::other("expected a file, got a pipe or a device"));
+    }
+    File::open(path)
 }
 
 #[cfg(test)]
@@ -64,6 +78,10 @@ mod tests {
         file.set_len(3_000_000_000).expect("a hole");
         let refusal = bounded_bytes(&path, MAX_TABLES).expect_err("too large").to_string();
         assert_eq!(refusal, "expected at most 2000 MB, got 3000.0");
+        if cfg!(unix) {
+            let refusal = bounded_text(Path::new("/dev/zero"), 4).expect_err("a device");
+            assert!(refusal.to_string().contains("expected a file"), "{refusal}");
+        }
         std::fs::write(&path, b"a\xff").expect("written");
         let refusal = bounded_text(&path, 4).expect_err("no text").to_string();
         assert!(refusal.contains("UTF-8"), "{refusal}");

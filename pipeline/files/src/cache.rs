@@ -8,7 +8,6 @@
 //! is another table's, is reported, and computed anew.
 
 use std::collections::BTreeSet;
-use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,6 +17,7 @@ use bsdf::OrderTable;
 use bsdf::formats::native;
 
 use crate::atomic_file;
+use crate::bounded_text::open;
 use crate::content_hash::sha256_hex;
 
 /// Version of the way from relief to table. To be raised whenever the same key would give other
@@ -132,7 +132,7 @@ impl Cache {
 
 /// Reads the table in the file at `path`; a truncated or altered one is an error.
 pub fn read_table(path: &Path) -> Result<OrderTable> {
-    let file = File::open(path).with_context(|| {
+    let file = open(path).with_context(|| {
         format!("`{}`: expected a table of diffraction orders, cannot open it", path.display())
     })?;
     native::read(BufReader::new(file))

@@ -129,22 +129,33 @@ fn leaving(path: &TracedPath) -> Option<usize> {
     }
 }
 
-/// Half the width, the lowest and the highest z in view, mm.
+/// Half the width, the lowest and the highest z in view, mm: one package with all that is about it,
+/// or a package with the halves of its neighbours. What lies above is in view as far as the package
+/// can still be seen.
 fn view(drawing: &PackageDrawing) -> [f64; 3] {
-    let radius = drawing.radius_mm;
-    let cell = drawing.pitch_mm.map_or(2.0 * radius, |pitch| 0.56 * pitch);
-    // Small packages far apart are seen with what lies above them.
-    let most = (3.2 * radius).max(cell.min(0.6 * drawing.plane_mm));
-    let half = cell.clamp(1.4 * radius, most);
-    let with_plane = 0.54 * drawing.plane_mm / TALLEST;
-    let half = if with_plane < 1.5 * half { half.max(with_plane) } else { half };
-    let top = drawing.dome_mm.iter().flatten().map(|[_, z]| *z);
-    let of_led = drawing.led_corners().map(|[.., z]| z);
-    let top = of_led.into_iter().chain(top).fold(0.0, f64::max);
+    let [radius, top] = drawing.reach_mm(|solid| solid.each);
+    let nearest = drawing.neighbours(f64::INFINITY).map(|[x, y]| x.hypot(y)).reduce(f64::min);
+    let half = match (drawing.pitch_mm, nearest) {
+        (Some(pitch), _) => {
+            let cell = 0.56 * pitch;
+            // Small packages far apart are seen with what lies above them.
+            cell.clamp(1.4 * radius, (3.2 * radius).max(cell.min(0.6 * drawing.plane_mm)))
+        }
+        (None, nearest) => {
+            let [whole, _] = drawing.reach_mm(|_| true);
+            (1.06 * whole).min(nearest.map_or(f64::INFINITY, |at| 0.56 * at)).max(1.4 * radius)
+        }
+    };
     let solids = drawing.solids.iter().flat_map(|solid| &solid.lines_mm);
     let seen = solids.flat_map(|(line, _)| line).filter(|[x, _]| x.abs() <= half);
     let highest = seen.map(|[_, z]| 1.08 * z).fold(1.5 * top, f64::max);
-    let high = highest.max(1.08 * drawing.plane_mm).min(2.0 * half * TALLEST);
+    let plane = 1.08 * drawing.plane_mm;
+    // Half the width of a picture of this height.
+    let half_for = |high: f64| 0.5 * high / TALLEST;
+    let widest = if nearest.is_some() { 1.5 * half } else { 4.0 * half };
+    let half = half.max(half_for(highest).min(4.0 * half));
+    let half = if half_for(plane) < widest { half.max(half_for(plane)) } else { half };
+    let high = highest.max(plane).min(2.0 * half * TALLEST);
     [half, -0.11 * high.min(half), high]
 }
 
@@ -229,8 +240,9 @@ impl Section<'_> {
         let plane = drawing.plane_mm;
         let pen = Pen::dashed(RECEIVER, 1.6, &[9.0, 5.0]);
         canvas.line(self.at([-half, plane]), self.at([half, plane]), &pen);
-        let words = format!("receiver, z = {plane} mm");
-        self.name(words, [half, plane], RECEIVER);
+        let [_, high] = self.panel.y.scale.ends;
+        let where_to = if plane > high { ", above the picture" } else { "" };
+        self.name(format!("receiver, z = {plane} mm{where_to}"), [half, plane.min(high)], RECEIVER);
     }
 
     /// A solid, at all `places` of packages where each carries it.
@@ -446,6 +458,48 @@ fn joined(lines: &[(Vec<[f64; 2]>, bool)]) -> Vec<Vec<[f64; 2]>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A chip under a lens of the array, a plate and walls 6.5 mm apart, with these axes.
+    fn cell(axes_mm: Vec<[f64; 2]>, plane_mm: f64) -> PackageDrawing {
+        let flat = |name: &str, half: f64, [low, high]: [f64; 2]| SolidDrawing {
+            name: name.to_owned(),
+            index: None,
+            entered: true,
+            each: false,
+            bounds_mm: [[-half, -half, low], [half, half, high]],
+            lines_mm: vec![(vec![[-half, low], [half, low], [half, high], [-half, high]], true)],
+        };
+        PackageDrawing {
+            dome_mm: Vec::new(),
+            dome_index: None,
+            rings: Vec::new(),
+            radius_mm: 0.25,
+            led_mm: [0.5, 0.25, 0.12],
+            led_corners_mm: Vec::new(),
+            led_offsets_mm: Vec::new(),
+            mirror_half_mm: 3.25,
+            plane_mm,
+            pitch_mm: None,
+            axes_mm,
+            at_mm: [0.0; 2],
+            solids: vec![
+                flat("lens", 2.1, [0.0, 2.0]),
+                flat("plate", 3.25, [4.0, 5.0]),
+                flat("wall", 3.3, [0.0, 6.85]),
+            ],
+        }
+    }
+
+    #[test]
+    fn a_single_package_is_seen_with_all_that_is_about_it() {
+        for axes in [vec![[0.0; 2]], vec![[0.0, -7.0], [0.0; 2], [0.0, 7.0]]] {
+            let [half, low, high] = view(&cell(axes, 6.9));
+            assert!(half >= 3.3 && low < 0.0 && high >= 6.9, "{half} {low} {high}");
+        }
+        // A distant plane leaves the package large.
+        let [half, _, high] = view(&cell(vec![[0.0; 2]], 200.0));
+        assert!((3.3..5.0).contains(&half) && (6.85..20.0).contains(&high), "{half} {high}");
+    }
 
     #[test]
     fn stretches_of_a_cut_become_one_outline() {

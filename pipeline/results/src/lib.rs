@@ -28,6 +28,7 @@
 //! | [`full_wave`], [`zones`] | `full_wave.json`, `zones.json` |
 //! | [`target`], [`constraint`] | what is asked of a figure, verdict on its value |
 //! | [`figure_entry`], [`shown`] | a figure with its state, and for people |
+//! | [`headline`] | figures that stand first on a page |
 //! | [`paired_figure`] | a figure with its replicates, for changes between paired traces |
 //! | `stored_figure` | figures of a model by their keys |
 //! | [`sealed_file`] | version and hash of a file |
@@ -38,6 +39,7 @@ pub mod far_field;
 pub mod figure_entry;
 pub mod film_light;
 pub mod full_wave;
+pub mod headline;
 pub mod optimisation;
 pub mod package;
 pub mod paired_figure;

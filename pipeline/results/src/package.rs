@@ -65,6 +65,16 @@ pub struct PackageDrawing {
 }
 
 impl PackageDrawing {
+    /// Largest distance from the axis along x, and largest height, of package, LED and those solids
+    /// that `counts`, as far as the plane y = 0 cuts them, mm.
+    pub fn reach_mm(&self, counts: impl Fn(&SolidDrawing) -> bool) -> [f64; 2] {
+        let solids = self.solids.iter().filter(|solid| counts(solid));
+        let solids = solids.flat_map(|solid| solid.lines_mm.iter().flat_map(|(line, _)| line));
+        let led = self.led_corners().map(|[x, _, z]| [x, z]);
+        let points = led.iter().chain(self.dome_mm.iter().flatten()).chain(solids);
+        points.fold([self.radius_mm, 0.0], |[reach, top], [x, z]| [reach.max(x.abs()), top.max(*z)])
+    }
+
     /// Axes of the other packages within `reach_mm`, from the axis of this one, mm.
     pub fn neighbours(&self, reach_mm: f64) -> impl Iterator<Item = [f64; 2]> {
         let from_own = self.axes_mm.iter().map(|at| [0, 1].map(|k| at[k] - self.at_mm[k]));

@@ -12,6 +12,7 @@ use glam::DVec3;
 use tracer::Shape;
 use tracer::shape::Mesh;
 
+use files::bounded_text::{MAX_TABLES, bounded_bytes};
 use files::content_hash::sha256_hex;
 use files::formats::mesh::{JOINED, joined};
 use files::formats::{obj, stl};
@@ -42,7 +43,7 @@ pub(crate) fn triangles(
 ) -> Result<(Vec<[DVec3; 3]>, String)> {
     let unit_mm = unit.mm();
     let path = folder.join(name);
-    let bytes = std::fs::read(&path).with_context(|| {
+    let bytes = bounded_bytes(&path, MAX_TABLES).with_context(|| {
         format!("{table}.mesh: expected a mesh, cannot read `{}`", path.display())
     })?;
     let ending = path.extension().map(std::ffi::OsStr::to_ascii_lowercase);

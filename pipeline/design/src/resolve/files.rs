@@ -9,6 +9,7 @@ use bsdf::Bsdf;
 use tracer::Distribution;
 use tracer::formats::rays::RayRecord;
 
+use files::bounded_text::{MAX_TABLES, bounded_bytes};
 use files::content_hash::sha256_hex;
 use files::formats::content::{self, Content};
 use files::formats::ray_files::{self, RayLight};
@@ -95,7 +96,7 @@ impl Files {
 
 /// A file as it is noted, which should hold what is `expected`.
 fn note(name: &str, path: &Path, expected: &str) -> Result<UsedFile> {
-    let bytes = std::fs::read(path)
+    let bytes = bounded_bytes(path, MAX_TABLES)
         .with_context(|| format!("{}: expected {expected}, cannot read it", path.display()))?;
     Ok(UsedFile { file: name.to_owned(), sha256: sha256_hex(&bytes), flux_used: None })
 }

@@ -8,6 +8,7 @@ use tracer::Shape;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Bounds, Closing, Extent, Mesh, Placement, Plane};
 
+use files::bounded_text::{MAX_ROWS, bounded_bytes};
 use files::provenance::FileRecord;
 use geometry::outline::Ends;
 use geometry::{Meridian, shapes};
@@ -168,7 +169,7 @@ impl SolidTable<'_> {
                 let key = self.key(file);
                 let stated = [&*key, path];
                 let meridian = dome::in_file(stated, self.folder, Ends::OnAxis, self.at)?;
-                let bytes = std::fs::read(self.folder.join(path)).unwrap_or_default();
+                let bytes = bounded_bytes(&self.folder.join(path), MAX_ROWS).unwrap_or_default();
                 files.push(FileRecord::new(path, &bytes));
                 Ok(meridian)
             }

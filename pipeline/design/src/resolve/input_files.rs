@@ -8,6 +8,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
+use files::bounded_text::{MAX_TABLES, bounded_bytes};
 use files::provenance::FileRecord;
 
 use crate::schema::films::Layer;
@@ -27,7 +28,8 @@ pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
         if inputs.iter().any(|known| known.file == file) {
             continue;
         }
-        let bytes = std::fs::read(&path).with_context(|| format!("cannot read `{file}`"))?;
+        let bytes =
+            bounded_bytes(&path, MAX_TABLES).with_context(|| format!("cannot read `{file}`"))?;
         inputs.push(FileRecord::new(file, &bytes));
     }
     Ok(inputs)

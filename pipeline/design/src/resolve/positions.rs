@@ -45,9 +45,10 @@ fn parse(text: &str, pitch_mm: f64) -> Result<Vec<[f64; 2]>> {
                 found.push(([x, y], number));
             }
             None if found.is_empty() && number == 1 => {}
-            _ => bail!(
-                "line {number}: expected x and y in mm, at most {FARTHEST} from 0, got {line:?}"
-            ),
+            other => {
+                let got = other.map_or("text".to_owned(), |values| format!("{values:?}"));
+                bail!("line {number}: expected x and y in mm, at most {FARTHEST} from 0, got {got}")
+            }
         }
     }
     ensure!(

@@ -8,6 +8,7 @@ use std::path::Path;
 use tracer::glam::{DMat3, DVec3};
 use tracer::{Emission, Emitter, Region};
 
+use files::bounded_text::{MAX_TABLES, bounded_bytes};
 use files::content_hash::sha256_hex;
 use metrics::illuminance::Symmetry;
 
@@ -50,7 +51,7 @@ pub(crate) fn resolve(
         let scope = Scope { at, weighting };
         let (emitters, symmetry) = emitters(source, led, region, folder, &scope)?;
         let sha256 = |name: &String| {
-            let bytes = std::fs::read(folder.join(name));
+            let bytes = bounded_bytes(&folder.join(name), MAX_TABLES);
             bytes.map(|bytes| sha256_hex(&bytes)).map_err(|e| {
                 let expected = format!("a file that can be read: {e}");
                 at.value("file", format!("{name:?}"), &expected)

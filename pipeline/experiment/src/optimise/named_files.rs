@@ -13,6 +13,7 @@ use toml::Value;
 
 use design::Design;
 use files::atomic_file;
+use files::bounded_text::{MAX_TABLES, bounded_bytes};
 
 use super::outputs::is_output;
 use super::problem::Problem;
@@ -152,7 +153,7 @@ impl<'a> NamedFiles<'a> {
     /// Files that cannot be read or written.
     pub fn write(&self, copies: &BTreeMap<PathBuf, PathBuf>) -> Result<()> {
         for (copy, source) in copies {
-            let bytes = std::fs::read(source)
+            let bytes = bounded_bytes(source, MAX_TABLES)
                 .with_context(|| format!("`{}` cannot be read", source.display()))?;
             atomic_file::write_bytes(&self.out.join(copy), &bytes)?;
         }

@@ -7,6 +7,8 @@ on("redo", () => sendOrSay("redo"));
 on("keep", () => sendOrSay("keep"));
 on("save", save);
 on("reload", () => sendOrSay("reload"));
+on("take-draft", () => sendOrSay("draft/take"));
+on("discard-draft", () => sendOrSay("draft/discard"));
 byId("model").addEventListener("change", () => sendOrSay("model", { model: byId("model").value }));
 
 // True once the server has all that the user did; else says what it has not.
@@ -160,9 +162,12 @@ onState(() => {
   byId("save").disabled = state.saved;
   byId("reload").hidden = !state.file_changed;
   saysOver &&= state.file_changed;
-  byId("disk").hidden = !state.file_changed && !state.file_gone;
-  byId("disk").textContent = state.file_gone ? "The file is gone; Save writes it anew."
-    : `Another program changed the file. Read it again, or Save${saysOver ? " once more, which replaces it" : ", which asks once more before it replaces it"}.`;
+  byId("offer").hidden = !state.offers_draft;
+  const disk = [state.unkept && `${state.unkept}; until it is saved it ends with the server.`,
+    state.file_gone && "The file is gone; Save writes it anew.",
+    state.file_changed && `Another program changed the file. Read it again, or Save${saysOver ? " once more, which replaces it" : ", which asks once more before it replaces it"}.`].filter(Boolean);
+  byId("disk").hidden = !disk.length;
+  byId("disk").textContent = disk.join(" ");
   showText();
   const kept = (one) => el("li", {}, `${one.label} (${one.model}) `,
     el("span", { class: "buttons" },

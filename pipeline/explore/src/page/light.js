@@ -54,7 +54,7 @@ function named(figure, place) {
 }
 function showFigures() {
   const what = document.activeElement?.dataset.what;
-  const main = frame.figures.filter((figure) => figure.main);
+  const main = frame.headline.flatMap((key) => frame.figures.filter((figure) => figure.key === key));
   byId("largest").replaceChildren(...main.map((figure) => el("div", {}, named(figure, "largest"), el("b", { class: figure.resolved ? null : "open" }, figure.text),
     figure.change && el("span", {}, figure.change.startsWith(figure.verdict) ? figure.change : `${signed(figure.change)}, ${figure.verdict}`))));
   const compares = frame.figures.some((figure) => figure.beside !== null);

@@ -193,6 +193,46 @@ fn without_viewers_nothing_is_traced() {
 
 #[test]
 #[cfg(unix)]
+fn saving_keeps_mode_names_and_links() {
+    use std::fs::{self, Permissions};
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    let (folder, session) = session();
+    let path = session.path().to_owned();
+    let mode = |mode: u32| fs::set_permissions(&path, Permissions::from_mode(mode)).expect("set");
+    let turned = |pitch: f64| {
+        session.set("array.pitch_mm", Some(&json!(pitch)), false).expect("set");
+        let draft = fs::metadata(folder.path().join(".own.toml.draft")).expect("a draft");
+        (session.save(false), draft.mode() & 0o777)
+    };
+    mode(0o600);
+    let (saved, of_draft) = turned(6.0);
+    assert_eq!((saved, of_draft), (Ok(()), 0o600));
+    assert_eq!(fs::metadata(&path).expect("there").mode() & 0o777, 0o600);
+    mode(0o444);
+    let (refused, _) = turned(7.0);
+    assert!(json!(refused.expect_err("refused"))["message"].to_string().contains("read-only"));
+    mode(0o640);
+    let other = folder.path().join("other.toml");
+    fs::hard_link(&path, &other).expect("linked");
+    assert_eq!(turned(8.0).0, Ok(()));
+    assert_eq!(fs::read(&other).expect("read"), fs::read(&path).expect("read"));
+    assert!(fs::read_to_string(&other).expect("read").contains("pitch_mm = 8.0"));
+    // A link whose file is gone gets its file again.
+    fs::remove_file(&other).expect("removed");
+    let real = folder.path().join("real.toml");
+    fs::rename(&path, &real).expect("moved");
+    std::os::unix::fs::symlink("real.toml", &path).expect("linked");
+    fs::remove_file(&real).expect("removed");
+    session.set("array.pitch_mm", Some(&json!(9)), false).expect("set");
+    session.save(false).expect("saved");
+    assert!(path.symlink_metadata().expect("there").is_symlink());
+    assert!(fs::read_to_string(&real).expect("read").contains("pitch_mm = 9.0"));
+    let names = fs::read_dir(folder.path()).expect("a folder").count();
+    assert_eq!(names, 2, "a draft stays");
+}
+
+#[test]
+#[cfg(unix)]
 fn a_link_stays_and_its_file_is_saved() {
     let (folder, session) = session();
     let link = folder.path().join("link.toml");

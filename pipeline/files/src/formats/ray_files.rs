@@ -2,7 +2,6 @@
 //! Ray files: looked through, converted, written from a trace, and read as sources. Rays pass one
 //! by one; no file has to fit into the memory.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -15,6 +14,7 @@ use metrics::plural::count;
 
 use super::{READERS, Reads, listed, sniff};
 use crate::atomic_file::{Sink, write_atomic};
+use crate::bounded_text::open;
 
 /// Allowed relative difference of the sum of the rays from the flux in the header.
 const FLUX_TOLERANCE: f64 = 1e-3;
@@ -245,7 +245,7 @@ impl Scanned {
 /// Calls `take` for every ray of the file at `path` and the number of its spectral table, NaN where
 /// it has none.
 fn scan(path: &Path, mut take: impl FnMut(RayRecord, f32) -> Result<()>) -> Result<Scanned> {
-    let mut file = File::open(path).context("expected rays, cannot open it")?;
+    let mut file = open(path).context("expected rays, cannot open it")?;
     let length = file.metadata().context("cannot look at it")?.len();
     let format = RayFormat::from_path(path)?;
     let (header, sum) = (format.scan)(&mut file, length, &mut take)?;

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Format of a file by its first bytes and its ending.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use anyhow::{Context, Result};
 use bsdf::formats::text::utf8;
 use tracer::formats::photometric_text;
+
+use crate::bounded_text::open;
 
 use super::{READERS, Reader, endings, listed};
 
@@ -56,8 +57,8 @@ pub type Guess = Result<&'static Reader, &'static str>;
 /// A file that cannot be opened, one whose content is of another format than its ending says, or
 /// one of no format that is read; the message names what it seems to be.
 pub fn reader(path: &Path) -> Result<&'static Reader> {
-    let file = File::open(path)
-        .context("expected a table, a far field, rays or scattering, cannot open it")?;
+    let file =
+        open(path).context("expected a table, a far field, rays or scattering, cannot open it")?;
     let length = file.metadata().context("cannot look at it")?.len();
     let mut start = Vec::new();
     file.take(START).read_to_end(&mut start).context("cannot read it")?;

@@ -88,7 +88,7 @@ fn text(bytes: &[u8], unit_mm: f64) -> Result<Vec<[DVec3; 3]>> {
     let last = last.unwrap_or_default();
     ensure!(
         last.split_whitespace().any(|word| word.eq_ignore_ascii_case("endsolid")),
-        "STL: expected `endsolid` on the last line, got {last:?}: the file was cut off"
+        "STL: expected `endsolid` on the last line, got another word: the file was cut off"
     );
     Ok(corners.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect())
 }

@@ -92,10 +92,13 @@ pub fn scene(
     })
 }
 
-/// Radius about the middle of the package that is drawn, mm.
+/// Radius about the middle of the package that is drawn, mm: with all that is about a single one.
 fn view_radius(drawing: &PackageDrawing) -> f64 {
+    let is_single = drawing.axes_mm.len() == 1;
+    let [reach, top] = drawing.reach_mm(|solid| is_single || solid.each);
     let width = drawing.pitch_mm.unwrap_or(4.0 * drawing.radius_mm);
     let width = width.clamp(3.0 * drawing.radius_mm, 8.0 * drawing.radius_mm);
+    let width = width.max(1.5 * reach.hypot(top) / RADIUS);
     (RADIUS * width).max(1.15 * drawing.plane_mm.min(3.0 * width))
 }
 

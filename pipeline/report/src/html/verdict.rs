@@ -8,6 +8,7 @@ use metrics::figures::{
 };
 use metrics::quantity::Unit;
 use results::figure_entry::FigureEntry;
+use results::headline::headline;
 use results::optimisation::{self, OptimisationFile};
 use results::shown::{self, named, shown_unit};
 use results::target::{Sought, Target, Verdict};
@@ -110,23 +111,17 @@ fn stopping_rule(model: &Model) -> Option<Asked> {
     })
 }
 
-/// Efficiency, uniformity, fluxes, intensities and illuminances with their errors.
+/// The figures that stand first, with their errors.
 fn reached(model: &Model) -> Vec<(String, String)> {
-    let mut lines = Vec::new();
-    let all = [ESCAPED_UP, EXTRACTION, UNIFORMITY, PEAK_ANGLE, FLUX_UP, CELL_MEAN, INTENSITY_PEAK];
-    for figure in all {
-        if let Some((entry, unit)) = model.entry.figure(figure.key) {
-            let name = figure.heading.unwrap_or(figure.label);
-            let name = if figure == ESCAPED_UP { "leaves upwards" } else { name };
-            lines.push((name.to_owned(), shown::text(&entry, unit)));
-        }
-    }
-    for (name, receiver) in model.entry.receivers.iter().flatten() {
-        let main =
-            shown::of_receiver(receiver).filter(|(label, _)| ["mean", "min/max"].contains(label));
-        lines.extend(main.map(|(label, value)| (format!("{name}, {label}"), value)));
-    }
-    lines
+    let general =
+        [ESCAPED_UP, EXTRACTION, UNIFORMITY, PEAK_ANGLE, FLUX_UP, CELL_MEAN, INTENSITY_PEAK];
+    let general = general.map(|figure| figure.key);
+    let line = |key: String| {
+        let (entry, unit) = model.entry.figure(&key)?;
+        let name = if key == ESCAPED_UP.key { "leaves upwards".to_owned() } else { named(&key).0 };
+        Some((name, shown::text(&entry, unit)))
+    };
+    headline(&general, model.entry.receivers.as_ref()).into_iter().filter_map(line).collect()
 }
 
 /// Name of a figure for people, and its unit in the light of `model`.

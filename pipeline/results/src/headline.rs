@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The figures that stand first on a page: those that the design was made for.
+
+use std::collections::BTreeMap;
+
+use design::schema::receivers::ReceiverKind;
+use metrics::figures::{
+    BY_ANGLE, COLOURS_OF_RECEIVER, Definition, ESCAPED_UP, EXTRACTION, FLUX_UP, OF_RECEIVER,
+};
+
+use crate::schema::ReceiverEntry;
+
+/// What a design that is looked at is asked for beside its luminance.
+const OF_ALL_LIGHT: [&str; 3] = [ESCAPED_UP.key, EXTRACTION.key, FLUX_UP.key];
+
+/// Keys of the figures that stand first. What is looked at from a side is known by the luminance on
+/// its axis, its widths, colour and uniformity; then no figure of `general` counts that is a mean
+/// over all directions. Means of luminance over all directions never do.
+pub fn headline(
+    general: &[&str],
+    receivers: Option<&BTreeMap<String, ReceiverEntry>>,
+) -> Vec<String> {
+    let luminance = |receiver: &&ReceiverEntry| receiver.kind == ReceiverKind::Luminance;
+    let [axial, width_u, width_v] = BY_ANGLE;
+    let is_wide = |receiver: &ReceiverEntry| {
+        [width_u, width_v].iter().any(|width| receiver.figures.contains_key(width.key))
+    };
+    let of_all = || receivers.into_iter().flatten();
+    let has_luminance = of_all().any(|(_, receiver)| luminance(&receiver));
+    let has_narrow = of_all().any(|(_, receiver)| luminance(&receiver) && !is_wide(receiver));
+    let [mean, max, min_to_max, nine_points] =
+        ["mean", "max", "min_to_max", "nine_points"].map(of_receiver);
+    let [u_prime, v_prime, ..] = COLOURS_OF_RECEIVER;
+    let of_receivers = of_all().flat_map(|(name, receiver)| {
+        let points = [nine_points, min_to_max];
+        let uniformity = points.into_iter().find(|f| receiver.figures.contains_key(f.key));
+        let figures = match receiver.kind {
+            ReceiverKind::Luminance if has_narrow && is_wide(receiver) => vec![width_u, width_v],
+            ReceiverKind::Luminance => {
+                let read = [axial, width_u, width_v, u_prime, v_prime].into_iter();
+                read.chain(uniformity).collect()
+            }
+            ReceiverKind::Plane => [mean].into_iter().chain(uniformity).collect(),
+            ReceiverKind::FarField | ReceiverKind::CGamma => vec![max],
+            ReceiverKind::Surface => Vec::new(),
+        };
+        let read = figures.into_iter().filter(|f| receiver.figures.contains_key(f.key));
+        read.map(move |figure| format!("{}.{name}", figure.key))
+    });
+    let counts = |key: &&str| !has_luminance || OF_ALL_LIGHT.contains(key);
+    let general = general.iter().copied().filter(counts).map(str::to_owned);
+    if has_luminance {
+        of_receivers.chain(general).collect()
+    } else {
+        general.chain(of_receivers).collect()
+    }
+}
+
+/// The figure of receivers under `key`.
+fn of_receiver(key: &str) -> Definition {
+    let figure = OF_RECEIVER.into_iter().find(|figure| figure.key == key);
+    figure.expect("a figure of receivers")
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+    use metrics::figures::{PEAK_ANGLE, UNIFORMITY};
+
+    fn receivers(entries: &Value) -> BTreeMap<String, ReceiverEntry> {
+        let entry = |(name, of): (&String, &Value)| {
+            let figure = |key: &Value| {
+                let key = key.as_str().expect("a key").to_owned();
+                (key, json!({"value": 1.0, "standard_error": 0.1}))
+            };
+            let mut entry = json!({"kind": of[0], "quantity": "x", "unit": "W", "files": []});
+            let figures = of[1].as_array().expect("keys").iter().map(figure);
+            entry.as_object_mut().expect("an object").extend(figures);
+            (name.clone(), serde_json::from_value(entry).expect("a receiver"))
+        };
+        entries.as_object().expect("receivers").iter().map(entry).collect()
+    }
+
+    #[test]
+    fn a_display_is_known_by_its_axis_and_not_by_means_over_directions() {
+        let general = [EXTRACTION, UNIFORMITY, PEAK_ANGLE].map(|figure| figure.key);
+        let [axial, width, _] = BY_ANGLE.map(|figure| figure.key);
+        let of = |entries: Value| headline(&general, Some(&receivers(&entries)));
+        let keys = ["mean", "min_to_max", "nine_points", axial, "u_prime"];
+        let views = json!({"a": ["luminance", ["mean", axial, width, "u_prime"]],
+            "b": ["luminance", keys]});
+        let shown = [&format!("{width}.a"), &format!("{axial}.b"), "u_prime.b", "nine_points.b"];
+        assert_eq!(of(views)[..4], shown);
+        let alone = json!({"a": ["luminance", ["mean", axial, width, "u_prime"]]});
+        let shown = [&format!("{axial}.a"), &format!("{width}.a"), "u_prime.a", EXTRACTION.key];
+        assert_eq!(of(alone), shown);
+        let wall = json!({"wall": ["plane", ["mean", "min_to_max"]], "far": ["far_field", ["max", "mean"]]});
+        let shown = [EXTRACTION.key, UNIFORMITY.key, PEAK_ANGLE.key, "max.far", "mean.wall"];
+        assert_eq!(of(wall)[..5], shown);
+        assert_eq!(headline(&general, None), general);
+    }
+}
