@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! JSON without duplicate keys.
+//! JSON without duplicate keys, and without numbers that overflow what is made of them.
 //!
 //! RFC 8259 leaves the meaning of duplicate keys open, and most readers silently take the last.
 //! These functions refuse such a text with the path of the key.
@@ -9,10 +9,13 @@ use std::fmt;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Value};
 
+/// Largest number that is read, in size: squares and sums of such are numbers, too.
+const LARGEST: f64 = 1e100;
+
 /// The value of `text`.
 ///
 /// # Errors
-/// Text that is not JSON, or an object with a duplicate key; the latter is an error in
+/// Text that is not JSON, a number above 1e100, or an object with a duplicate key; the last two are errors in
 /// [data](serde_json::error::Category::Data).
 pub fn parse(text: &[u8]) -> Result<Value, serde_json::Error> {
     let mut deserializer = serde_json::Deserializer::from_slice(text);
@@ -79,7 +82,13 @@ impl<'de> Visitor<'de> for Unique {
         Ok(value.into())
     }
 
-    fn visit_f64<E>(self, value: f64) -> Result<Value, E> {
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Value, E> {
+        if value.abs() > LARGEST {
+            let path = if self.path.is_empty() { "the value" } else { &self.path };
+            return Err(E::custom(format!(
+                "{path}: expected a number of at most {LARGEST:e}, got {value:e}"
+            )));
+        }
         Ok(value.into())
     }
 
@@ -120,6 +129,11 @@ mod tests {
 
     #[test]
     fn a_text_without_doubles_reads_as_usual() {
+        let refusal = parse(br#"{"a": [1, 1e308]}"#).unwrap_err().to_string();
+        assert!(
+            refusal.starts_with("a[2]: expected a number of at most 1e100, got 1e308"),
+            "{refusal}"
+        );
         for text in [
             r#"{"a": {"b": 1, "c": [1, -2, 2.5e-3, true, null, "x\n"]}, "b": {"b": {}}, "": 18446744073709551615}"#,
             "[]",

@@ -7,7 +7,7 @@ use anyhow::Error;
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 
-use files::control_characters::printable;
+use files::control_characters::{bounded, printable};
 use files::interrupt::{self, Stopped};
 use files::progress::Closed;
 
@@ -45,7 +45,7 @@ pub fn message(error: &Error) -> String {
             parts.push(text);
         }
     }
-    parts.join(": ")
+    bounded(&parts.join(": "))
 }
 
 /// Prints the help or version that was asked for, or one line on what is wrong with the command
@@ -65,7 +65,7 @@ pub fn of_command_line(error: &clap::Error) -> u8 {
             let _ = writeln!(
                 std::io::stderr(),
                 "batwing: {}",
-                printable(&cli_errors::message(error, &Cli::command()))
+                printable(&bounded(&cli_errors::message(error, &Cli::command())))
             );
             UNUSABLE
         }

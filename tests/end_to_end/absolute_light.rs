@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use crate::support::binary::batwing;
+use crate::support::binary::{batwing, json};
 use crate::support::runs::{estimate, run_text};
 use serde_json::Value;
 use std::f64::consts::PI;
@@ -165,6 +165,18 @@ fn exports_state_the_flux_of_the_design() {
     // Lumens per lamp of -1 say that candelas are absolute.
     let text = std::fs::read_to_string(at.join("chip.ies")).expect("a file");
     assert!(text.contains("\n1 -1 1 "), "{text}");
+    // Input watts are electrical: 0 for unknown, else those of all packages, of results too.
+    assert!(text.lines().any(|line| line.trim() == "1 1 0"), "{text}");
+    let text = chip("power_lm = 25.0, electrical_w = 0.3", 2, "wavelength_nm = 555.0");
+    std::fs::write(at.join("two.toml"), &text).expect("written");
+    run_text(at, "two", &text, "out", &[]).unwrap_or_else(|e| panic!("{e}"));
+    for from in ["two.toml", "out/chip/geometric"] {
+        for out in ["two.ies", "two.ldt"] {
+            batwing(at).args(["export", from, "--out", out]).assert().success();
+            let told = json(at, &["import", out]);
+            assert!((number(&told, "power_w") - 1.2).abs() < 1e-9, "{from}, {out}: {told}");
+        }
+    }
     let stated = export(&["--out", "chip.ies", "--lumens", "1000"]);
     assert!((number(&stated, "sources_lm") - 1000.0).abs() < 1e-9);
     let rays = export(&["--out", "chip.tm25ray"]);

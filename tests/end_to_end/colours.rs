@@ -12,6 +12,7 @@ use tempfile::tempdir;
 use design::Design;
 use files::interrupt::Interrupt;
 use files::run_context::RunContext;
+use metrics::colour_matching;
 use metrics::estimate::Estimate;
 use simulate::model::Model;
 use simulate::spectral::{SpectralJob, SpectralTrace};
@@ -50,25 +51,6 @@ bins = [4, 4]
 /// n and k fall from 400 to 800 nm: 1.6 to 1.4, 1e-5 to 0.
 const GLASS: &str =
     "DATA:\n  - type: tabulated nk\n    data: |\n        0.4 1.6 1e-5\n        0.8 1.4 0\n";
-
-/// Value of a table of `data/spectra` at a wavelength, linear between rows.
-fn matching(table: &str, nm: f64) -> f64 {
-    let text = batwing_tests::read(format!("data/spectra/{table}.csv"));
-    let rows = text.lines().filter_map(|line| {
-        let (nm, value) = line.split_once(',')?;
-        Some([nm.parse::<f64>().ok()?, value.parse::<f64>().ok()?])
-    });
-    let rows: Vec<[f64; 2]> = rows.collect();
-    let pair = rows.windows(2).find(|pair| (pair[0][0]..=pair[1][0]).contains(&nm));
-    pair.map_or(0.0, |pair| {
-        let share = (nm - pair[0][0]) / (pair[1][0] - pair[0][0]);
-        pair[0][1] + share * (pair[1][1] - pair[0][1])
-    })
-}
-
-fn xyz(nm: f64) -> [f64; 3] {
-    ["x_bar", "photopic", "z_bar"].map(|table| matching(table, nm))
-}
 
 fn uv([x, y, z]: [f64; 3]) -> [f64; 2] {
     let sum = x + 15.0 * y + 3.0 * z;
@@ -125,7 +107,7 @@ fn colours_are_the_sum_over_the_spectrum() {
         let last = nodes.len() - 1;
         for step in 0..800 {
             let nm = 380.25 + 0.5 * f64::from(step);
-            let matching = xyz(nm);
+            let matching = colour_matching::xyz(nm);
             let after = nodes.partition_point(|node| *node < nm);
             let (low, high) = (after.saturating_sub(1), after.min(last));
             let share =
@@ -267,7 +249,7 @@ fn light_of_one_source_has_its_chromaticity() {
     let lines = |parts: &[(f64, f64)]| {
         let mut sum = [0.0; 3];
         for (nm, power) in parts {
-            for (sum, value) in sum.iter_mut().zip(xyz(*nm)) {
+            for (sum, value) in sum.iter_mut().zip(colour_matching::xyz(*nm)) {
                 *sum += power * value;
             }
         }
@@ -397,7 +379,7 @@ fn light_without_dispersion_has_the_colour_of_its_source() {
     for step in 0..4500 {
         let nm = 380.05 + 0.1 * f64::from(step);
         let power = 0.25 * gauss(nm, 450.0, 20.0) + 0.75 * gauss(nm, 560.0, 120.0);
-        let matching = xyz(nm);
+        let matching = colour_matching::xyz(nm);
         for k in 0..3 {
             sum[k] += power * matching[k];
         }

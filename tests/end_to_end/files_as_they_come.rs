@@ -101,11 +101,34 @@ fn options_of_tables_are_refused_for_rays() {
     let folder = findings(&[ZEMAX]);
     for option in [["--samples", "5"], ["--index-inner", "1.4"], ["--from", "inner"]] {
         let arguments = ["import", ZEMAX, "--out", "a.dat"];
-        let words = "expected a file of tables, got Zemax text ray file";
+        let words = format!("expected a file of tables, got `{ZEMAX}`, Zemax text ray file");
         let words = format!("{}: {words}", option[0]);
         refused(folder.path(), &[&arguments[..], &option].concat(), &words);
         assert!(!folder.path().join("a.dat").exists());
     }
+}
+
+/// The flux in the header of a Speos file is that of its rays, whose powers are weights: in a file of the
+/// vendor 4.017658 W and 450.082 lm, 112.03 lm/W as its wavelengths have, with weights that sum to 45 461.
+#[test]
+fn rays_of_speos_have_the_flux_of_their_header() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let ray = |x: f32, nm: f32| [x, 0.0, 0.1, 0.0, 0.6, 0.8, nm, 1.0];
+    let header = [0.003_f32, 2.0, 2.0, 2.0, 2.0, 2.0, 0.8];
+    // The first ray is the damaged one of the second file.
+    for (name, first) in [("three.ray", ray(0.0, 450.0)), ("bad.ray", [2.0; 8])] {
+        let rows = [first, ray(0.1, 550.0), ray(0.2, 650.0)].concat();
+        let bytes: Vec<u8> = header.iter().chain(&rows).flat_map(|v| v.to_le_bytes()).collect();
+        std::fs::write(folder.path().join(name), bytes).expect("written");
+    }
+    let said = json(folder.path(), &["import", "three.ray"]);
+    assert!((flux(&said) / 0.003 - 1.0).abs() < 1e-6, "{said}");
+    let warning = said["warnings"][0].as_str().expect("a warning");
+    assert!(warning.contains("scaled to the header"), "{warning}");
+    let out = ["import", "three.ray", "--format", "zemax-ray", "--out", "a.sdf"];
+    json(folder.path(), &out);
+    assert!((flux(&json(folder.path(), &["import", "a.sdf"])) / 0.003 - 1.0).abs() < 1e-6);
+    refused(folder.path(), &["import", "bad.ray"], "offset 28: expected a unit vector");
 }
 
 #[test]
@@ -130,6 +153,10 @@ fn damaged_text_rays_are_refused_by_their_line() {
         ("2 4\n0 0 0 0 0 1 1\n", "expected 2 rays, as the first line says, got the end"),
         ("1 4\n0 0 0 0 0 1 1\n0 0 0 0 0 1 1\n", "line 3: expected 1 rays"),
         ("1 4\n0 0 0 0 0 1 1,5\n", "with a comma"),
+        // A first ray by its angles, one without its power, and commas between numbers.
+        ("1 4\n0.3 0.4 0 91.2 113.2 23.2 0.001\n", "line 2: expected a unit vector"),
+        ("1 4\n0 0 0 0 0 1\n", "line 2: expected 7 or 8 numbers"),
+        ("1, 4\n0,0,0,0,0,1,1\n", "line 1: expected number of rays and unit of length"),
     ] {
         std::fs::write(folder.path().join("bad.dat"), text).expect("written");
         refused(folder.path(), &["import", "bad.dat"], words);

@@ -122,6 +122,18 @@ extraction_efficiency = { at_least = 0.5 }
         assert!(page.contains(words), "no {words}");
     }
     assert!(!page.contains("<script"));
+    // A number that overflows what a picture makes of it, under a hash that is right.
+    let sealed = at("study/study.json");
+    let text = std::fs::read_to_string(&sealed).expect("readable");
+    let mut json: Value = serde_json::from_str(&text).expect("JSON");
+    let error = json.pointer_mut("/setups/0/figures/0/standard_error");
+    *error.expect("a figure") = 1e308.into();
+    let bytes = serde_json::to_string_pretty(&files::content_hash::sealed(json).expect("JSON"))
+        .expect("JSON");
+    std::fs::write(&sealed, bytes + "\n").expect("written");
+    let huge = refused(folder.path(), &["study"]);
+    assert!(huge.contains("expected a number of at most 1e100, got 1e308"), "{huge}");
+    std::fs::write(&sealed, text).expect("written");
     let table = at("study/study.csv");
     let text = std::fs::read_to_string(&table).expect("readable");
     std::fs::write(&table, text + "\n").expect("written");

@@ -447,7 +447,7 @@ position_mm = [1.0, 0.0, 0.2]
 wavelength_nm = 620.0
 "#;
 
-/// E = Φ h² / (π (h² + ρ²)²) of every point; colours by `data/spectra/`.
+/// E = Φ h² / (π (h² + ρ²)²) of every point; colours by the CIE's table.
 #[test]
 fn two_colours_differ_over_the_cell_as_lamberts_law_says() {
     let folder = tempdir().expect("a folder");
@@ -455,23 +455,14 @@ fn two_colours_differ_over_the_cell_as_lamberts_law_says() {
     let found = found.unwrap_or_else(|e| panic!("{e}"));
     let model = &found["designs"]["two"]["geometric"];
     let figure = &model["cell_colour_difference"];
-    let row = |file: &str, nm: f64| -> f64 {
-        let text = std::fs::read_to_string(
-            batwing_tests::workspace().join(format!("data/spectra/{file}.csv")),
-        );
-        let text = text.expect("a table");
-        let line = text.lines().find(|line| line.starts_with(&format!("{nm},")));
-        let value = line.and_then(|line| line.split(',').next_back());
-        value.expect("a row").parse().expect("a number")
-    };
     let colour = |[x, y]: [f64; 2]| -> [f64; 2] {
         let mut xyz = [0.0; 3];
         for (offset, power, nm) in [(-1.0, 3.0, 460.0), (1.0, 1.0, 620.0)] {
             for axis in [[-4.0, -4.0], [4.0, -4.0], [-4.0, 4.0], [4.0, 4.0]] {
                 let from: [f64; 2] = [x - axis[0] - offset, y - axis[1]];
                 let square = 9.0 + from[0].powi(2) + from[1].powi(2);
-                for (sum, file) in xyz.iter_mut().zip(["x_bar", "photopic", "z_bar"]) {
-                    *sum += power * row(file, nm) / square.powi(2);
+                for (sum, matching) in xyz.iter_mut().zip(metrics::colour_matching::xyz(nm)) {
+                    *sum += power * matching / square.powi(2);
                 }
             }
         }

@@ -357,6 +357,42 @@ fn bad_studies_end_in_one_message_and_write_nothing() {
     }
 }
 
+/// A figure of a receiver by its former name is read, with a warning that says that of today.
+#[test]
+fn former_names_of_figures_are_read_with_a_warning() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let design = r#"
+name = "bare"
+led = { size_mm = [1.0, 1.0], height_mm = 0.35, reflection = "absorbing" }
+mirror = { kind = "absorbing", extent = "array" }
+array = { columns = 1, rows = 1, pitch_mm = 6.0 }
+light = { wavelength_nm = 550.0 }
+receiver = { plane_height_mm = 3.0, bin_mm = 0.5 }
+trace = { paths = 4096 }
+receivers = [{ name = "glow", kind = "luminance", position_mm = [0.0, 0.0, 3.0], size_mm = [6.0, 6.0], bins = [1, 1], theta_bin_deg = 5.0, phi_bin_deg = 30.0 }]
+"#;
+    std::fs::write(at.join("bare.toml"), design).expect("written");
+    let study = r#"
+name = "widths"
+designs = ["bare.toml"]
+models = ["geometric"]
+[targets.bare.geometric]
+"half_angle_u_deg.glow" = { at_most = 170.0 }
+[scales]
+"half_angle_u_deg.glow" = 1.0
+"#;
+    std::fs::write(at.join("study.toml"), study).expect("written");
+    let output = batwing(at).args(["study", "study.toml", "--out", "study"]).output();
+    let output = output.expect("it runs");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{said}");
+    let warning = "study.toml: half_angle_u_deg is called fwhm_u_deg, and read as that";
+    assert_eq!(said.matches(warning).count(), 1, "{said}");
+    let table = std::fs::read_to_string(at.join("study/study.csv")).expect("study.csv");
+    assert!(table.contains("fwhm_u_deg.glow") && !table.contains("half_angle"), "{table}");
+}
+
 /// A set-up in which a figure with a target cannot be read stands below the ranking with the reason,
 /// on terminal, in JSON, in CSV and on the page.
 #[test]

@@ -85,8 +85,12 @@ fn a_lambertian_plane_has_one_luminance_at_every_angle() {
     // One place has no extremes.
     assert!(figure("mean.one").is_some() && figure("axial.one").is_some());
     assert_eq!(figure("min_to_max.one"), None);
-    // It never falls to a half.
-    assert_eq!(figure("half_angle_u_deg.all"), None);
+    // It never falls to a half, and the reason says so.
+    assert_eq!(figure("fwhm_u_deg.all"), None);
+    let (design, seen) = seen(&text, 50_000);
+    let why = |key: &str| seen.why_absent(&design, key);
+    assert_eq!(why("fwhm_u_deg.all"), "the luminance does not fall to half of its peak");
+    assert_eq!(why("nine_points.one"), "50,000 paths show too little light for it");
 }
 
 #[test]
@@ -99,7 +103,7 @@ fn half_of_the_axial_luminance_is_where_the_cosines_say() {
     );
     let figure = figures(&text, 1_600_000);
     let half = 2.0 * 0.5_f64.powf(0.25).acos().to_degrees();
-    for key in ["half_angle_u_deg.all", "half_angle_v_deg.all"] {
+    for key in ["fwhm_u_deg.all", "fwhm_v_deg.all"] {
         let (found, _) = figure(key).expect("a figure");
         assert!(found.standard_error > 0.0 && found.standard_error < 2.0, "{key}: {found:?}");
         let allowed = 0.3 + 3.0 * found.standard_error;
@@ -107,10 +111,10 @@ fn half_of_the_axial_luminance_is_where_the_cosines_say() {
     }
     // Quarters of the azimuth have no planes.
     assert!(figure("axial.quarters").is_some());
-    assert_eq!(figure("half_angle_u_deg.quarters"), None);
+    assert_eq!(figure("fwhm_u_deg.quarters"), None);
     // Few paths do not resolve it, and say so.
     let few = figures(&text, 1000);
-    let (_, interval) = few("half_angle_u_deg.all").expect("a figure");
+    let (_, interval) = few("fwhm_u_deg.all").expect("a figure");
     let [low, high] = interval.expect("an interval");
     assert!(low < half && half < high, "{low} {high}");
 }

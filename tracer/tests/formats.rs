@@ -201,6 +201,31 @@ fn far_fields_that_no_lamp_or_symmetry_makes_are_named() {
     }
 }
 
+/// LM-63 before 2002 lets a comma alone separate numbers. The lamp has 2π ∫ I sin γ dγ of two straight
+/// pieces: 294.593 lm.
+#[test]
+fn commas_between_numbers_separate_them() {
+    let text = |commas: [&str; 2]| {
+        let [head, rows] = commas;
+        format!(
+            "IESNA91\n[TEST] A\n[MANUFAC] B\nTILT=NONE\n{}\n1{head}1{head}10\n0{rows}45{rows}90\n0\n100{rows}70{rows}0\n",
+            ["1", "1000", "1", "3", "1", "1", "2", "0", "0", "0"].join(head)
+        )
+    };
+    for commas in [[" ", " "], [", ", ", "], [" ", ","], [",", ","], [" , ", ",\n"]] {
+        let read = ies::read(&text(commas)).unwrap_or_else(|error| panic!("{commas:?}: {error}"));
+        let flux = read.distribution().unwrap().flux();
+        assert!((flux / 294.593 - 1.0).abs() < 1e-5, "{commas:?}: {flux}");
+    }
+    // A point tells that commas are no decimal ones, and then of what else is wrong.
+    let wrong = text([",", ","]).replace("100,70", "100.0,70.5,3");
+    let said = ies::read(&wrong).unwrap_err().to_string();
+    assert!(said.contains("3 candela values"), "{said}");
+    let decimal = text([" ", " "]).replace("100 70", "100,5 70,25");
+    let said = ies::read(&decimal).unwrap_err().to_string();
+    assert!(said.contains("a number with a decimal point, got `100,5`"), "{said}");
+}
+
 #[test]
 fn what_is_odd_and_usable_is_a_warning() {
     // Lamps with less light than the intensities add up to: both numbers are told.

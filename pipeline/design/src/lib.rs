@@ -103,9 +103,9 @@ fn refuse_large(file: &str, bytes: u64) -> Result<(), ConfigError> {
         return Ok(());
     }
     let message = format!(
-        "expected a design of at most {} MB, got {:.1}; long lists go into files that it names",
+        "expected a design of at most {} MB, got {}; long lists go into files that it names",
         MAX_KEYS / 1_000_000,
-        bytes as f64 * 1e-6
+        bytes as f64 / 1e6
     );
     Err(ConfigError::Syntax { file: file.to_owned(), message })
 }

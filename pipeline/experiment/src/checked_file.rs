@@ -9,7 +9,9 @@ use anyhow::{Context, Error, Result, ensure};
 use serde::de::DeserializeOwned;
 
 use design::toml_errors;
+use files::progress::warn_once;
 use files::provenance::FileRecord;
+use metrics::figures;
 
 use crate::design_file::DesignFile;
 
@@ -50,6 +52,8 @@ impl<T: FileKeys> CheckedFile<T> {
             texts.get(&name).map_or_else(|| design::read_text(path), |text| Ok(text.clone()));
         let text = text.with_context(|| format!("{name}: cannot be read"))?;
         let read = || -> Result<Self> {
+            let record = FileRecord::new(name.clone(), text.as_bytes());
+            let text = of_today(&name, &text);
             let has =
                 |key: &str| toml::from_str(&text).is_ok_and(|t: toml::Table| t.contains_key(key));
             for (former, now) in T::FORMER {
@@ -64,8 +68,8 @@ impl<T: FileKeys> CheckedFile<T> {
             Ok(Self {
                 keys: toml_errors::read(&text, &[]).map_err(Error::msg)?,
                 folder: path.parent().map_or_else(PathBuf::new, Path::to_path_buf),
-                inputs: vec![FileRecord::new(name.clone(), text.as_bytes())],
-                text: text.clone(),
+                inputs: vec![record],
+                text,
                 texts: texts.clone(),
             })
         };
@@ -97,9 +101,10 @@ impl<T> CheckedFile<T> {
         let path = self.folder.join(name);
         let at = || format!("{key}: `{}`", path.display());
         let text = design::read_text(&path).with_context(|| format!("{} cannot be read", at()))?;
-        let table = toml_errors::read(&text, &[])
+        let name = path.display().to_string();
+        self.inputs.push(FileRecord::new(name.clone(), text.as_bytes()));
+        let table = toml_errors::read(&of_today(&name, &text), &[])
             .map_err(|said| Error::msg(format!("{}: {said}", at())))?;
-        self.inputs.push(FileRecord::new(path.display().to_string(), text.as_bytes()));
         Ok((path, table))
     }
 
@@ -111,6 +116,15 @@ impl<T> CheckedFile<T> {
             }
         }
     }
+}
+
+/// `text` of the file `name` with the names of figures of today; a former one is warned of.
+fn of_today(name: &str, text: &str) -> String {
+    let (of_today, warnings) = figures::with_names_of_today(text);
+    for warning in warnings {
+        warn_once(&format!("{name}: {warning}"));
+    }
+    of_today.into_owned()
 }
 
 /// True where a name can be that of a file in any folder.

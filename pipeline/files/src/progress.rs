@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
-use crate::control_characters::printable;
+use crate::control_characters::{bounded, printable};
 
 /// Warnings that [`warn_once`] has given.
 static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
@@ -34,7 +34,7 @@ pub fn is_news(name: &str, size: f64) -> bool {
 pub fn warn_once(line: &str) {
     let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
     if said.insert(line.to_owned()) {
-        let _ = writeln!(std::io::stderr(), "batwing: warning: {}", printable(line));
+        let _ = writeln!(std::io::stderr(), "batwing: warning: {}", printable(&bounded(line)));
     }
 }
 
@@ -98,7 +98,7 @@ impl Console {
         if !self.warns {
             return;
         }
-        let _ = writeln!(std::io::stderr(), "batwing: warning: {}", printable(line));
+        let _ = writeln!(std::io::stderr(), "batwing: warning: {}", printable(&bounded(line)));
     }
 
     /// Prints the result on standard output: `json` if JSON is wanted, else `text` unless quiet.

@@ -31,11 +31,10 @@ static LOCUS: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| {
     (-1..=rows).map(|row| of_radiator(RANGE_K[0] * (STEP * f64::from(row)).exp())).collect()
 });
 
-/// (u, v) of a radiator, by sums over the tables at every 5 nm.
+/// (u, v) of a radiator, by sums over the rows of the table.
 fn of_radiator(kelvin: f64) -> [f64; 2] {
     let mut sum = [0.0; 3];
-    for step in 0..=94 {
-        let nm = 360.0 + 5.0 * f64::from(step);
+    for nm in colour_matching::knots_nm() {
         let power = (nm / 560.0).powi(-5) / (C2 / (nm * kelvin)).exp_m1();
         for (sum, matching) in sum.iter_mut().zip(colour_matching::xyz(nm)) {
             *sum += power * matching;

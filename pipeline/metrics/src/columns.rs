@@ -41,24 +41,6 @@ pub fn read(text: &str) -> Result<[Vec<f64>; 2], String> {
     Ok(columns)
 }
 
-/// The rows of a file that is compiled in and that a test reads; one that does not parse would leave
-/// none.
-pub(super) fn rows(text: &str) -> Vec<[f64; 2]> {
-    let [nm, values] = read(text).unwrap_or_default();
-    nm.into_iter().zip(values).map(|(a, b)| [a, b]).collect()
-}
-
-/// The value at `nm`, linear between `rows`, which ascend; 0 outside them.
-pub(super) fn linear(rows: &[[f64; 2]], nm: f64) -> f64 {
-    let after = rows.partition_point(|row| row[0] < nm);
-    match (after.checked_sub(1).map(|i| rows[i]), rows.get(after)) {
-        (Some([x0, y0]), Some(&[x1, y1])) => y0 + (y1 - y0) * (nm - x0) / (x1 - x0),
-        // The first row itself has none before it.
-        (None, Some(&[x, y])) if x <= nm => y,
-        _ => 0.0,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -232,17 +232,22 @@ pub const CENTRE_TO_PEAK: Definition = papers(
     NEITHER,
     0.06,
 )
-.means("Intensity straight up over the largest intensity: small where the lens sends light aside.");
+.means("Intensity straight up over the largest of the mean over azimuth: small where the lens sends light aside.");
 /// Peak angle between bins, of designs that read it as the middle of a bin.
-pub const PARABOLA: Definition =
-    of_far_field("peak_angle_parabola_deg", "peak angle, parabola", Unit::Degree)
-        .means("The peak angle between bins, by a parabola through the largest ones.");
+pub const PARABOLA: Definition = of_far_field(
+    "peak_angle_parabola_deg",
+    "peak angle, parabola",
+    Unit::Degree,
+)
+.means(
+    "The peak angle of the mean over azimuth between bins, by a parabola through the largest ones.",
+);
 /// Angle between the directions at which the intensity falls to half of the largest.
 pub const BEAM_ANGLE: Definition =
     of_far_field("beam_angle_deg", "beam angle, half of peak", Unit::Degree)
         .scaled(ANGLE_SCALE)
         .means(
-            "Full angle between the directions at which the intensity falls to half of its peak.",
+            "Full angle between the directions at which the intensity, averaged over azimuth, falls to half of its peak.",
         );
 /// Angle between the directions at which the intensity falls to a tenth of the largest.
 pub const FIELD_ANGLE: Definition = of_far_field(
@@ -251,12 +256,12 @@ pub const FIELD_ANGLE: Definition = of_far_field(
     Unit::Degree,
 )
 .scaled(ANGLE_SCALE)
-.means("Full angle between the directions at which the intensity falls to a tenth of its peak.");
+.means("Full angle between the directions at which the intensity, averaged over azimuth, falls to a tenth of its peak.");
 /// Largest intensity.
 pub const INTENSITY_PEAK: Definition =
     of_far_field("intensity_peak", "intensity, peak", Unit::WattPerSteradian)
         .absolute()
-        .means("Largest intensity.");
+        .means("Largest intensity of the mean over azimuth.");
 /// Largest intensity for 1000 lm emitted.
 pub const INTENSITY_PER_KILOLUMEN: Definition = of_far_field(
     "intensity_peak_cd_per_klm",
@@ -264,7 +269,7 @@ pub const INTENSITY_PER_KILOLUMEN: Definition = of_far_field(
     Unit::CandelaPerKilolumen,
 )
 .absolute()
-.means("Largest intensity for each 1000 lm that are emitted.");
+.means("Largest intensity of the mean over azimuth for each 1000 lm that are emitted.");
 /// The paper's uniformity, along rows and columns.
 pub const UNIFORMITY: Definition =
     papers("uniformity", ["uniformity"; 2], (Unit::Fraction, Source::Map), LARGER, 0.02).means("Evenness of the light on the receiver plane between neighbouring LEDs, on a logarithmic scale: 100 % where the darkest place is as bright as the brightest.");
@@ -422,13 +427,32 @@ pub const OF_RECEIVER: [Definition; 10] = [
 /// the angles between the directions in the planes of u and v at which it falls to half of its peak.
 pub const BY_ANGLE: [Definition; 3] = [
     of_bins("axial", "axial", LARGER).means("Luminance seen along the normal of the receiver."),
-    angle_of_bins("half_angle_u_deg", "angle of half luminance along u").means(
-        "Angle between the directions along u at which the luminance falls to half of its peak.",
+    angle_of_bins("fwhm_u_deg", "full width at half luminance along u").means(
+        "Full angle between the directions along u at which the luminance falls to half of its peak, outwards from it.",
     ),
-    angle_of_bins("half_angle_v_deg", "angle of half luminance along v").means(
-        "Angle between the directions along v at which the luminance falls to half of its peak.",
+    angle_of_bins("fwhm_v_deg", "full width at half luminance along v").means(
+        "Full angle between the directions along v at which the luminance falls to half of its peak, outwards from it.",
     ),
 ];
+
+/// Former names of figures of receivers, each with the name of today.
+const FORMER: [[&str; 2]; 2] =
+    [["half_angle_u_deg", BY_ANGLE[1].key], ["half_angle_v_deg", BY_ANGLE[2].key]];
+
+/// `text` of a user with the names of figures of today in place of former ones, and a warning for each
+/// that was in it.
+pub fn with_names_of_today(text: &str) -> (Cow<'_, str>, Vec<String>) {
+    let mut text = Cow::Borrowed(text);
+    let mut warnings = Vec::new();
+    for [former, now] in FORMER {
+        // The name of a receiver follows.
+        if text.contains(&format!("{former}.")) {
+            text = text.replace(&format!("{former}."), &format!("{now}.")).into();
+            warnings.push(format!("{former} is called {now}, and read as that"));
+        }
+    }
+    (text, warnings)
+}
 
 const fn of_receiver(colour: Definition) -> Definition {
     Definition { source: Source::ReceiverColours, ..colour }
@@ -511,6 +535,10 @@ mod tests {
         let key = |key: &str| find(key).map(|figure| figure.key);
         assert_eq!(key("flux.plate.2"), Some("flux"));
         assert_eq!(key("nine_points.plate"), Some("nine_points"));
+        assert_eq!(key("half_angle_u_deg.plate"), None);
+        let (text, warnings) = with_names_of_today("\"half_angle_u_deg.plate\" = 90");
+        assert_eq!((&text[..], warnings.len()), ("\"fwhm_u_deg.plate\" = 90", 1));
+        assert_eq!(with_names_of_today("half_angle = 1").1, [""; 0]);
         assert_eq!(key("absorbed_by_led_top"), Some(""));
         assert_eq!(key("escaped_up"), Some("escaped_up"));
         for none in ["flux.", "flux", "glow.plate", "absorbed_by_", "escaped_left", "emitted"] {

@@ -247,12 +247,13 @@ impl<'a> ModelFiles<'a> {
         provenance
     }
 
-    /// Refuses a ledger that does not add up; warns where no uniformity is read.
+    /// Refuses a ledger that does not add up; warns where no uniformity is read, and of light unlike around its axis.
     fn check(&self, context: RunContext) -> Result<()> {
         self.check_ledger()?;
-        if let Some(why) = self.observation.without_uniformity(self.design) {
-            let file = &self.design.provenance.file;
-            context.console.warn(&format!("{file}: {why}"));
+        let (seen, design) = (self.observation, self.design);
+        let said = [seen.without_uniformity(design), seen.unlike_half_planes(design)];
+        for why in said.into_iter().flatten() {
+            context.console.warn(&format!("{}: {why}", design.provenance.file));
         }
         Ok(())
     }

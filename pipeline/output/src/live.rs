@@ -17,6 +17,7 @@ use report::plots::{LineColours, MapScale, Picture, map_on_scale};
 use results::ModelResult;
 use results::figure_entry::FigureEntry;
 use results::paired_figure::PairedFigure;
+use results::shown;
 use simulate::model_writer::{ModelWriter, Output};
 use simulate::observation::Observation;
 use simulate::units::Units;
@@ -130,7 +131,8 @@ impl ModelWriter for LiveWriter<'_> {
             let before = self.beside.into_iter().flat_map(|beside| &beside.replicates);
             let change = |(key, before): &(String, PairedFigure)| {
                 let (_, now) = replicates.iter().find(|(other, _)| other == key)?;
-                Some((key.clone(), now.change(before)))
+                let unit = shown::named(key).1;
+                Some((key.clone(), now.change(before).in_range_of_changes(unit)))
             };
             drawn.light.changes = before.filter_map(change).collect();
         }

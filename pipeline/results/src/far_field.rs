@@ -23,8 +23,8 @@ pub struct Stored {
     pub far: Distribution,
     /// Lumens that the sources emit, or that leave converted, where the design states what they emit.
     pub lumens: Option<f64>,
-    /// Watts that the sources emit, where the design states them.
-    pub watts: Option<f64>,
+    /// Electrical power of all packages, W, where the design states it.
+    pub electrical_w: Option<f64>,
     /// True of converted light, whose lumens are those that leave.
     pub is_converted: bool,
 }
@@ -42,6 +42,7 @@ pub fn of_results(directory: &Path) -> Result<Stored> {
         unaltered(directory, file)?;
     }
     let absolute = stated(&model, "/absolute/emitted/emitted_w");
+    let electrical_w = stated(&model, "/absolute/electrical_w");
     let is_converted = is_converted(&model);
     if is_converted {
         ensure!(
@@ -49,7 +50,8 @@ pub fn of_results(directory: &Path) -> Result<Stored> {
             "`{}`: the far field of converted light in watts: expected lumens, of a run of the design with weighting = \"photometric\"",
             directory.display()
         );
-        return Ok(Stored { far, lumens: absolute.map(|_| flux), watts: absolute, is_converted });
+        let lumens = absolute.map(|_| flux);
+        return Ok(Stored { far, lumens, electrical_w, is_converted });
     }
     // The far field of many wavelengths has the shape of its lumens in photometric weighting only.
     let of_spectrum = stated(&model, "/spectrum/emitted/emitted_w");
@@ -65,7 +67,7 @@ pub fn of_results(directory: &Path) -> Result<Stored> {
         directory.display()
     );
     let lumens = absolute.and_then(|_| stated(&model, lumens));
-    Ok(Stored { far, lumens, watts: absolute, is_converted })
+    Ok(Stored { far, lumens, electrical_w, is_converted })
 }
 
 /// The far field of a results directory, whether or not a run wrote it so, and the flux that it is one

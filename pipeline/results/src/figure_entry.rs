@@ -14,6 +14,19 @@ use metrics::quantity::Unit;
 /// resolved, empty of others; and where the peak is whose angle it is, empty where it has one.
 pub const COLUMNS: [&str; 5] = ["value", "standard_error", "low", "high", "peak_place"];
 
+/// Largest ratio, such as a variation over its mean, that tells more than none where 0 is as likely.
+const LARGEST_RATIO: f64 = 1.0;
+
+/// Least and largest value of figures of a unit.
+fn range(unit: Unit) -> [f64; 2] {
+    match unit {
+        Unit::Fraction => [0.0, 1.0],
+        Unit::Degree => [0.0, 180.0],
+        Unit::Relative => [f64::NEG_INFINITY, f64::INFINITY],
+        _ => [0.0, f64::INFINITY],
+    }
+}
+
 /// A figure of merit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FigureEntry {
@@ -133,17 +146,39 @@ impl FigureEntry {
         }
     }
 
-    /// The same with an interval that ends where figures of this unit do: a fraction at 0 and 1, an
-    /// angle at 0 and 180°, light at 0.
+    /// The same with ends where figures of this unit have theirs: a fraction at 0 and 1, an angle at 0
+    /// and 180°, light at 0. A ratio has no largest value: one that may be 0, or more than
+    /// [`LARGEST_RATIO`], is not resolved.
     #[must_use]
     pub fn in_range(self, unit: Unit) -> Self {
-        let [least, most] = match unit {
-            Unit::Fraction => [0.0, 1.0],
-            Unit::Degree => [0.0, 180.0],
-            Unit::Relative => [f64::NEG_INFINITY, f64::INFINITY],
-            _ => [0.0, f64::INFINITY],
-        };
+        let [least, most] = range(unit);
         let interval = self.interval.map(|ends| ends.map(|end| end.clamp(least, most)));
+        let upper_bound = self.upper_bound.map(|bound| bound.min(most));
+        let entry = Self { interval, upper_bound, ..self };
+        let is_open = |[low, high]: [f64; 2]| low <= 0.0 && high > LARGEST_RATIO;
+        if unit == Unit::Ratio && entry.ends().is_some_and(is_open) {
+            return Self {
+                peak_place: PeakPlace::NotResolved,
+                interval: None,
+                upper_bound: None,
+                ..entry
+            };
+        }
+        entry
+    }
+
+    /// A change of a figure of this unit, in its range: no fraction changes by more than 1. One whose
+    /// ends, or three errors, hold all of that is not resolved.
+    #[must_use]
+    pub fn in_range_of_changes(self, unit: Unit) -> Self {
+        let [least, most] = range(unit);
+        let largest = most - least;
+        let reach = DISTINCT * self.standard_error;
+        let [low, high] = self.interval.unwrap_or([self.value - reach, self.value + reach]);
+        if low <= -largest && high >= largest {
+            return Self { peak_place: PeakPlace::NotResolved, interval: None, ..self };
+        }
+        let interval = self.interval.map(|ends| ends.map(|end| end.clamp(-largest, largest)));
         Self { interval, ..self }
     }
 

@@ -12,6 +12,11 @@ use crate::figure_entry::FigureEntry;
 /// A scatter of replicates below this part of a value is rounding.
 const ROUNDING: f64 = 1e-13;
 
+/// `difference` of two values of about `size`, 0 where it is no more than rounding.
+pub fn above_rounding(difference: f64, size: f64) -> f64 {
+    if difference.abs() <= ROUNDING * size { 0.0 } else { difference }
+}
+
 /// What replicates do not contain of the value that they belong to, the difference of two values of
 /// about `size`: its distance from their mean, where that exceeds their scatter. An extreme that all
 /// replicates hold at one place may jump to another in the halves of the paths that give its value.
@@ -61,15 +66,16 @@ impl PairedFigure {
     /// The change of a peak that is a bin lies between the differences of the ends, as that of two
     /// sums that no path reached. The bias that picking leaves is that of both less what they have
     /// in common, and no less than a [`jump`] of the change. A change without an error is one of equal
-    /// sums, or of exact numbers.
+    /// sums, or of exact numbers; one of the size of rounding is none.
     pub fn change(&self, base: &Self) -> FigureEntry {
         let (own, other) = (&self.entry, &base.entry);
         let pairs = self.without.iter().zip(&base.without);
         let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
-        let value = own.value - other.value;
-        let unseen = |e: &FigureEntry| e.upper_bound.map_or(0.0, |_| e.standard_error);
         let size = own.value.abs().max(other.value.abs());
-        let mut scatter = spread(&differences).hypot(unseen(own)).hypot(unseen(other));
+        let value = above_rounding(own.value - other.value, size);
+        let unseen = |e: &FigureEntry| e.upper_bound.map_or(0.0, |_| e.standard_error);
+        let scatter = above_rounding(spread(&differences), size);
+        let mut scatter = scatter.hypot(unseen(own)).hypot(unseen(other));
         if value != 0.0 && scatter <= ROUNDING * size {
             scatter = own.standard_error.hypot(other.standard_error);
         }
@@ -145,6 +151,12 @@ mod tests {
         assert_eq!(seen.change(&seen).estimate(), Estimate::new(0.0, 0.0));
         let exact = |value: f64| PairedFigure::new(value, vec![value; 4]);
         assert_eq!(exact(2.0).change(&exact(1.0)).estimate(), Estimate::new(1.0, 0.0));
+        // Chromaticities of light that no material tells apart, by sums of two searches.
+        let rounded = |ulps: i32| {
+            let values = (0..4).map(|k| 0.2 + f64::from(k * ulps) * f64::EPSILON / 8.0);
+            PairedFigure::new(0.2 + f64::from(ulps) * f64::EPSILON / 8.0, values.collect())
+        };
+        assert_eq!(rounded(1).change(&rounded(-1)).estimate(), Estimate::new(0.0, 0.0));
     }
 
     #[test]

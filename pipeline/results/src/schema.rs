@@ -159,6 +159,9 @@ pub struct AbsoluteEntry {
     pub emitted: Emitted,
     /// Flux that the sources of one package emit.
     pub emitted_per_package: Emitted,
+    /// Electrical power of all packages, W, where the design states it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub electrical_w: Option<f64>,
     /// Figures by key.
     pub figures: BTreeMap<String, AbsoluteFigure>,
 }

@@ -6,7 +6,9 @@
 
 use design::spectrum::Weighting;
 use metrics::digits::{Digits, format_value_with_error, shortest, significant};
-use metrics::figures::{self, BEAM_ANGLE, COLOURS_OF_RECEIVER, FIELD_ANGLE, OF_RECEIVER, Source};
+use metrics::figures::{
+    self, BEAM_ANGLE, BY_ANGLE, COLOURS_OF_RECEIVER, FIELD_ANGLE, OF_RECEIVER, Source,
+};
 use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
 use tracer::receiver::FLUX_BINS;
@@ -54,6 +56,8 @@ pub fn shown_unit(unit: Unit) -> (f64, &'static str) {
 pub fn absent(key: &str) -> &'static str {
     if [BEAM_ANGLE.key, FIELD_ANGLE.key].contains(&key) {
         "none (the intensity does not fall so far)"
+    } else if BY_ANGLE[1..].iter().any(|figure| key.starts_with(&format!("{}.", figure.key))) {
+        "none (the luminance does not fall so far)"
     } else {
         "cannot be read"
     }
@@ -146,6 +150,7 @@ pub fn difference(value: Estimate, unit: Unit) -> String {
 /// A difference that may be known between two ends alone.
 pub fn difference_between(entry: &FigureEntry, unit: Unit) -> String {
     let (factor, symbol) = unit_of_differences(unit);
+    let entry = entry.in_range_of_changes(unit);
     let number = number(&entry.times(factor), Unit::Relative);
     let has_words = symbol.is_empty() || entry.peak_place.words().is_some();
     if has_words { number } else { format!("{number} {symbol}") }
@@ -291,6 +296,16 @@ mod tests {
         let change = Estimate::new(-0.0125, 0.0012);
         assert_eq!(difference(change, Unit::Fraction), "-1.25 ± 0.12 points");
         assert_eq!(difference(change, Unit::Relative), "-0.0125 ± 0.0012");
+        // No fraction changes by more than 1, and one that may change by that is not known at all.
+        let changed = |value: f64, error: f64, interval| {
+            let entry = FigureEntry::new(Estimate::new(value, error));
+            difference_between(&FigureEntry { interval, ..entry }, Unit::Fraction)
+        };
+        let unknown = "not resolved (too few paths)";
+        assert_eq!(changed(0.5, 3.0, Some([-9.0, 10.0])), unknown);
+        assert_eq!(changed(0.0, 0.4, None), unknown);
+        assert_eq!(changed(0.5, 0.1, Some([-0.2, 1.4])), "-20 to 100 points");
+        assert_eq!(changed(0.5, 0.1, None), "50 ± 10 points");
     }
 
     #[test]
@@ -341,6 +356,11 @@ mod tests {
         assert_eq!(estimate(even, Unit::Fraction), "85 to 100 %");
         assert_eq!(estimate(Estimate::between(0.9, 1.3, 0.1), Unit::Ratio), "50 to 170 %");
         assert_eq!(estimate(even, Unit::Lux), "0.85 to 1.09 lx");
+        // A ratio has no largest value: beside 0 its upper end says nothing.
+        let open = Estimate::between(0.0, 5e4, 1.0);
+        assert_eq!(estimate(open, Unit::Ratio), "not resolved (too few paths)");
+        assert_eq!(estimate(Estimate::new(0.0, 3.0), Unit::Ratio), "not resolved (too few paths)");
+        assert_eq!(estimate(Estimate::new(0.0, 3.0), Unit::Fraction), "below 100 %");
         assert_eq!(estimate(Estimate::new(0.0, 2.0), Unit::Degree), "0.0 ± 2.0 °");
         let axial = FigureEntry { peak_place: PeakPlace::OnAxis, ..bin };
         assert_eq!(of(axial, Unit::Degree), "none (maximum on axis)");

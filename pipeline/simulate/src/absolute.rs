@@ -35,6 +35,7 @@ pub fn absolute(design: &Design, seen: &Observation) -> Option<AbsoluteEntry> {
         packages,
         emitted: flux(packages as f64),
         emitted_per_package: flux(1.0),
+        electrical_w: design.electrical_w(),
         figures: figures.collect(),
     })
 }

@@ -80,7 +80,8 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
     );
     if let Some(flux) = design.emitted {
         let [w, lm] = [flux.radiant_w, flux.luminous_lm].map(shortest);
-        line("emits", format!("{w} W, {lm} lm, each package"));
+        let electrical = flux.electrical_w.map(|w| format!(" of {} W electrical", shortest(w)));
+        line("emits", format!("{w} W, {lm} lm{}, each package", electrical.unwrap_or_default()));
     }
     if !design.sources.is_empty() {
         let names = design.sources.iter().map(|s| s.name().to_owned());

@@ -18,10 +18,11 @@ use tracer::CheckpointStore;
 use design::Design;
 use design::resolved::check_paths;
 use files::cache::Key;
+use files::progress::warn_once;
 use files::run_context::RunContext;
 use files::store::{MIN_PATHS, Store};
 use metrics::far_field::PeakPlace;
-use metrics::figures;
+use metrics::figures::{self, Source};
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use results::figure_entry::FigureEntry;
@@ -57,6 +58,8 @@ impl FromStr for ErrorTarget {
             let keys = figures::keys_of(|figure| !figure.source.is_of_colours());
             format!("expected FIGURE=ERROR, such as uniformity=0.1%, with one of {keys}")
         };
+        let (text, warnings) = figures::with_names_of_today(text);
+        warnings.iter().for_each(|warning| warn_once(warning));
         let (figure, error) = text.split_once('=').ok_or_else(expected)?;
         let unit = figures::find(figure).ok_or_else(expected)?.unit;
         let is_share = unit.is_percentage() || unit == Unit::Relative;
@@ -177,8 +180,10 @@ where
             let means: Vec<Observation> = sums.iter().map(|sum| sum.scaled(share)).collect();
             let mean = (self.whole)(&means);
             let Some(estimate) = self.rule.target.of(&mean, self.design) else {
-                let why = mean.without_uniformity(self.design);
-                let why = why.unwrap_or_else(|| "too little light for it".to_owned());
+                let is_of_map =
+                    figures::find(figure).is_some_and(|known| known.source == Source::Map);
+                let why = mean.without_uniformity(self.design).filter(|_| is_of_map);
+                let why = why.unwrap_or_else(|| mean.why_absent(self.design, figure));
                 anyhow::bail!(
                     "--until-error: {}: expected a figure that the design has, got {figure}: {why}",
                     self.design.provenance.file

@@ -188,7 +188,7 @@ fn of_results(arguments: &ExportArgs, format: FileFormat, context: RunContext) -
 /// state no others.
 fn far_field(
     name: &str,
-    Stored { far, lumens: stated, watts, is_converted }: &Stored,
+    Stored { far, lumens: stated, electrical_w, is_converted }: &Stored,
     text: fn(&Labels, &Distribution, Photometry) -> String,
     arguments: &ExportArgs,
     context: RunContext,
@@ -197,7 +197,8 @@ fn far_field(
     let photometry = Photometry {
         lumens: arguments.lumens.or(*stated).unwrap_or(1000.0),
         absolute: arguments.absolute || arguments.lumens.is_none() && stated.is_some(),
-        watts: watts.unwrap_or(1.0),
+        // What both formats have for unknown.
+        watts: electrical_w.unwrap_or(0.0),
     };
     let table = far.clone().scaled(photometry.lumens);
     let labels = Labels::of_simulation(name);
@@ -272,7 +273,7 @@ fn write_design(
             ensure!(
                 !curves.is_empty(),
                 "{}: expected a design with a dome by a generating curve or a solid of revolution about the axis, it has none",
-                design.name
+                design.provenance.file
             );
             write_atomic(out, |file| write(&curves, &about, file))?;
             let drawn = |name: &str| curves.iter().any(|(other, _)| other == name);
@@ -345,8 +346,8 @@ fn light(
             let seen = observe(&design, &surface(&plan)?, plan.paths, &design.name, context)?;
             let far = photometry::distribution(seen.far_field.total(), &seen.sphere)?;
             let name = format!("{} {}", design.name, model.key(&design));
-            let watts = design.emitted.map(|_| design.emitted_w());
-            let far = Stored { far, lumens: design.emitted_lm(), watts, is_converted: false };
+            let (lumens, electrical_w) = (design.emitted_lm(), design.electrical_w());
+            let far = Stored { far, lumens, electrical_w, is_converted: false };
             far_field(&name, &far, text, arguments, context)
         }
         _ => bail!("expected a format of far fields or rays, got {}", format.word),

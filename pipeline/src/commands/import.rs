@@ -90,7 +90,8 @@ pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
     json["file"] = file.display().to_string().into();
     ensure!(
         arguments.rays.is_none() || matches!(content, Content::Rays(_)),
-        "--rays: expected a file of rays, got {}",
+        "--rays: expected a file of rays, got `{}`, {}",
+        file.display(),
         content.format()
     );
     let is_table = matches!(content, Content::Orders(_) | Content::Scatter(_));
@@ -108,8 +109,9 @@ pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
         .collect();
     ensure!(
         is_table || changed.is_empty(),
-        "{}: expected a file of tables, got {}",
+        "{}: expected a file of tables, got `{}`, {}",
         changed.join(", "),
+        file.display(),
         content.format()
     );
     if let Some((out, format)) = format {
@@ -118,15 +120,20 @@ pub fn run(arguments: &ImportArgs, context: RunContext) -> Result<()> {
     context.console.result(&json, || format!("{}: {text}", file.display()))
 }
 
-/// Refusal of a format that `content` does not go into.
-fn misfit(content: &Content, format: FileFormat) -> anyhow::Error {
+/// Refusal of a format that the `content` of `file` does not go into.
+fn misfit(file: &Path, content: &Content, format: FileFormat) -> anyhow::Error {
     let expected = words(match content {
         Content::Rays(_) => &[Holds::Rays],
         Content::FarField(_) => &[Holds::FarField],
         Content::Orders(_) => &[Holds::Cells, Holds::Orders],
         Content::Scatter(_) => &[Holds::Cells],
     });
-    anyhow!("--format: expected {expected} for {}, got {}", content.format(), format.word)
+    anyhow!(
+        "--format: expected {expected} for `{}`, {}, got {}",
+        file.display(),
+        content.format(),
+        format.word
+    )
 }
 
 fn convert(
@@ -180,6 +187,6 @@ fn convert(
             let table = CellTable { surface: surface.as_ref(), fineness: &fineness, wavelength_nm };
             print_written(&write(&table, out)?, None, context)
         }
-        _ => Err(misfit(content, format)),
+        _ => Err(misfit(&arguments.file, content, format)),
     }
 }

@@ -113,12 +113,40 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
             None => keywords.push((String::new(), content.to_owned())),
         }
     };
-    // Behind the TILT line: words, separated by blanks, line ends, or a comma behind a word.
-    let words: Vec<(usize, &str)> = lines[at..]
-        .iter()
-        .flat_map(|(line, l)| l.split_whitespace().map(move |w| (*line, w)))
-        .map(|(line, word)| (line, word.strip_suffix(',').unwrap_or(word)))
-        .collect();
+    let (mut ies, line) = numbers(&lines[at..], tilt)?;
+    // The ballast factor lowers the lamps and the candela alike.
+    let stated = ies.lumens_per_lamp * ies.lamps as f64 * ies.ballast_factor;
+    let stated = (!ies.is_absolute()).then_some(stated);
+    warnings.extend(super::usable(ies.distribution(), stated, line)?);
+    (ies.version, ies.keywords, ies.warnings) = (version, keywords, warnings);
+    Ok(ies)
+}
+
+/// The numbers behind the TILT line, and the number of the last line, of words that blanks, line ends,
+/// or a comma and a blank separate. Commas alone separate too (LM-63 before 2002) where the counts are
+/// right by that, or where numbers are written with points.
+fn numbers(lines: &[(usize, &str)], tilt: (usize, &str)) -> Result<(Ies, usize), FormatError> {
+    let by_blanks = words(lines, char::is_whitespace);
+    let has = |mark: char| by_blanks.iter().any(|(_, word)| word.contains(mark));
+    let read = tilted(by_blanks.clone(), tilt);
+    if read.is_ok() || !has(',') {
+        return read;
+    }
+    let by_commas = tilted(words(lines, |c| c.is_whitespace() || c == ','), tilt);
+    if by_commas.is_ok() || has('.') { by_commas } else { read }
+}
+
+/// The words of lines, each with the number of its line; a comma behind a word is none of it.
+fn words<'a>(lines: &[(usize, &'a str)], is_separator: fn(char) -> bool) -> Vec<(usize, &'a str)> {
+    let words = lines.iter().flat_map(|(line, content)| {
+        let words = content.split(is_separator);
+        words.map(|word| (*line, word.strip_suffix(',').unwrap_or(word)))
+    });
+    words.filter(|(_, word)| !word.is_empty()).collect()
+}
+
+/// The numbers behind the TILT line, and the number of the last line.
+fn tilted(words: Vec<(usize, &str)>, tilt: (usize, &str)) -> Result<(Ies, usize), FormatError> {
     let end = words.last().map_or(tilt.0, |(line, _)| *line);
     let mut fields = Fields::new(words, end);
     match tilt.1 {
@@ -137,13 +165,8 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
             return Err(FormatError::line(tilt.0, expected, quoted(&format!("TILT={other}"))));
         }
     }
-    let mut ies = body(&mut fields)?;
-    // The ballast factor lowers the lamps and the candela alike.
-    let stated = ies.lumens_per_lamp * ies.lamps as f64 * ies.ballast_factor;
-    let stated = (!ies.is_absolute()).then_some(stated);
-    warnings.extend(super::usable(ies.distribution(), stated, fields.line)?);
-    (ies.version, ies.keywords, ies.warnings) = (version, keywords, warnings);
-    Ok(ies)
+    let ies = body(&mut fields)?;
+    Ok((ies, fields.line))
 }
 
 /// Content behind the TILT line.

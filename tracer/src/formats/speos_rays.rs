@@ -2,8 +2,8 @@
 //! Speos binary ray files (`.ray`): seven f32 before the rays, then eight for each ray: start in
 //! mm, direction, wavelength in nm and flux in W, all little-endian.
 //!
-//! The header is the radiant flux, five numbers that public code writes as 2 and passes over, and
-//! the luminous flux. It holds no mark and no number of rays: a file is told from one of LightTools
+//! The header is the radiant flux of all rays, whose powers are weights, five numbers that public code
+//! writes as 2 and passes over, and the luminous flux. It holds no mark and no number of rays: a file is told from one of LightTools
 //! by what it holds, see [`begins_like_one`].
 //!
 //! Layout: the public converter `ansys/optical-automation` (`dpf_rayfile.py`,
@@ -17,6 +17,8 @@ use std::io::{Read, Seek, Write};
 const HEADER: usize = 28;
 /// Bytes of a ray.
 const STRIDE: usize = 32;
+/// First rays of which one tells a file.
+const SEEN: usize = 16;
 /// Bytes that public code writes between the two fluxes.
 const UNUSED: [f32; 5] = [2.0; 5];
 
@@ -31,8 +33,8 @@ pub struct SpeosHeader {
     pub luminous_flux: f32,
 }
 
-/// True if a file of `length` bytes that begins with `start` is one: it holds whole rays, and the
-/// first is a ray of light.
+/// True if a file of `length` bytes that begins with `start` is one: it holds whole rays, and one of
+/// the first is a ray of light.
 #[must_use]
 pub fn begins_like_one(start: &[u8], length: u64) -> bool {
     let body = length.checked_sub(HEADER as u64);
@@ -40,13 +42,13 @@ pub fn begins_like_one(start: &[u8], length: u64) -> bool {
     if !whole || start.len() < HEADER + STRIDE {
         return false;
     }
-    let ray = &start[HEADER..];
-    let direction = [12, 16, 20].map(|at| f32_at(ray, at));
-    let square = direction.iter().map(|d| d * d).sum::<f32>();
-    let wavelength = f32_at(ray, 24);
-    f32_at(start, 0) > 0.0
-        && (square - 1.0).abs() < 0.01
-        && (100.0..=100_000.0).contains(&wavelength)
+    let is_ray = |ray: &[u8]| {
+        let direction = [12, 16, 20].map(|at| f32_at(ray, at));
+        let square = direction.iter().map(|d| d * d).sum::<f32>();
+        (square - 1.0).abs() < 0.01 && (100.0..=100_000.0).contains(&f32_at(ray, 24))
+    };
+    let mut first = start[HEADER..].chunks_exact(STRIDE).take(SEEN);
+    f32_at(start, 0) > 0.0 && first.any(is_ray)
 }
 
 /// Reads rays from a file.

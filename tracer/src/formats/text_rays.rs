@@ -234,13 +234,24 @@ fn zemax_header(text: &str) -> Option<(u64, f32)> {
     Some((rays, *MILLIMETRES.get(unit)?))
 }
 
-/// True if a text of these lines begins as one for Zemax does: number of rays and unit, then a ray.
+/// Least numbers in a line that is meant to be a ray, and most of an oddly written one.
+const NUMBERS_OF_RAY: std::ops::RangeInclusive<usize> = 6..=16;
+
+/// True if a text of these lines begins as one for Zemax does: number of rays and unit, then a line of
+/// numbers that is meant to be a ray, whatever is wrong with it.
 #[must_use]
 pub fn begins_like_zemax(lines: &[&str]) -> bool {
-    let mut filled = lines.iter().filter(|line| !line.is_empty());
-    let rays = filled.next().and_then(|line| zemax_header(line)).map_or(0, |found| found.0);
-    let mut rows = Rows { columns: 0, millimetres: 1.0, nanometres: 1.0, rays: 0, sum: 0.0 };
-    rays > 0 && filled.next().is_some_and(|line| rows.ray(&line.replace(',', "."), 2).is_ok())
+    let mut filled =
+        lines.iter().filter(|line| !line.is_empty()).map(|line| line.replace(',', " "));
+    let header = filled
+        .next()
+        .and_then(|line| (line.split_whitespace().count() == 2).then(|| zemax_header(&line))?);
+    let is_row = |line: String| {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        NUMBERS_OF_RAY.contains(&words.len())
+            && words.iter().all(|word| word.parse::<f64>().is_ok())
+    };
+    header.is_some_and(|(rays, _)| rays > 0) && filled.next().is_some_and(is_row)
 }
 
 /// Reads rays from a text for Zemax.
@@ -259,7 +270,7 @@ impl<R: Read> ZemaxTextReader<R> {
         let mut lines = Lines::new(source);
         let text = lines.next()?.unwrap_or_default();
         let Some((left, millimetres)) = zemax_header(&text) else {
-            let expected = "number of rays and unit of length, 0 to 4";
+            let expected = "number of rays and unit of length, 0 to 4, with a blank between";
             return Err(FormatError::line(lines.number, expected, quoted(&text)).into());
         };
         let rows = Rows { columns: 0, millimetres, nanometres: 1e3, rays: 0, sum: 0.0 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `led.power_w` and `led.power_lm`: what the sources of one package emit.
+//! `led.power_w`, `led.power_lm` and `led.electrical_w`: what the sources of one package emit and take.
 
 use crate::check::Context;
 use crate::error::ConfigError;
@@ -23,7 +23,11 @@ pub(crate) fn resolve(
     let lm_per_w = lights.map_or(design.luminous_efficacy_lm_per_w, Lights::emitted_lm);
     let within = |key: &str, flux: f64| at.within(key, flux, FLUX[0], FLUX[1]);
     let radiant_w = match (led.power_w, led.power_lm) {
-        (None, None) => return Ok(None),
+        (None, None) => {
+            let beside = "it beside `power_w` or `power_lm`";
+            let alone = led.electrical_w.map(|watts| at.value("led.electrical_w", watts, beside));
+            return alone.map_or(Ok(None), Err);
+        }
         (Some(_), Some(_)) => {
             return Err(at.value("led.power_lm", "beside `power_w`", "one of the two"));
         }
@@ -38,5 +42,7 @@ pub(crate) fn resolve(
             lm / lm_per_w
         }
     };
-    Ok(Some(EmittedFlux { radiant_w, luminous_lm: radiant_w * lm_per_w }))
+    let of_light = |watts: f64| at.within("led.electrical_w", watts, radiant_w, FLUX[1]);
+    let electrical_w = led.electrical_w.map(of_light).transpose()?;
+    Ok(Some(EmittedFlux { radiant_w, luminous_lm: radiant_w * lm_per_w, electrical_w }))
 }

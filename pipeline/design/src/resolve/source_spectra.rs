@@ -14,7 +14,7 @@ use tracer::{Distribution, Emission, RaySet};
 
 use ::files::formats::content::{self, Content};
 use ::files::formats::ray_files::{self, HeaderWavelengths, RayLight};
-use metrics::photopic;
+use metrics::{colour_matching, photopic};
 
 use super::files::{self, Upward};
 use super::light;
@@ -262,7 +262,7 @@ impl Scope<'_> {
             several |= only.is_some_and(|other: f64| other.to_bits() != nm.to_bits());
             only = Some(nm);
             if needs_v && photopic::v(nm) <= 0.0 {
-                let [first, last] = photopic::range_nm();
+                let [first, last] = colour_matching::range_nm();
                 return Err(unusable(format!(
                     "wavelengths from {first} to {last} nm only, where V(lambda) turns watts and \
                      lumens into each other, got {nm} nm for ray {}",

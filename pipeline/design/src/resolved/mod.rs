@@ -153,6 +153,9 @@ pub struct EmittedFlux {
     pub radiant_w: f64,
     /// Luminous flux, lm; 0 of light beyond V(λ).
     pub luminous_lm: f64,
+    /// Electrical power of the package, W, where it is stated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub electrical_w: Option<f64>,
 }
 
 /// Walls around the array.
@@ -257,6 +260,11 @@ impl Design {
     pub fn emitted_w(&self) -> f64 {
         let stated = self.emitted.map(|flux| flux.radiant_w);
         stated.map_or(1.0, |w| w * self.array.axes_mm().len() as f64)
+    }
+
+    /// Electrical power of all packages, W, where the design states it.
+    pub fn electrical_w(&self) -> Option<f64> {
+        Some(self.emitted?.electrical_w? * self.array.axes_mm().len() as f64)
     }
 
     /// Luminous flux of all sources of all packages, lm, where the design states what they emit and

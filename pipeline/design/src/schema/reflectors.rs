@@ -124,6 +124,9 @@ pub struct LedKeys {
     /// Luminous flux of one package, lm, in place of `power_w`; 1e-12 to 1e9. Weighting is then
     /// photometric by default; 360 to 830 nm.
     pub power_lm: Option<f64>,
+    /// Electrical power of one package, W, beside its flux: no less than the radiant one, at most 1e9.
+    /// The input watts of IES and EULUMDAT files; without it these hold 0, for unknown.
+    pub electrical_w: Option<f64>,
     /// Centre of the foot [x, y] from the axis of the package, mm; every corner inside the dome.
     /// Default [0, 0].
     #[serde(default, skip_serializing_if = "is_default")]

@@ -162,7 +162,7 @@ fn table(wavelength_nm: &[f64], power: &[f64], fine: bool) -> (Vec<f64>, Vec<f64
     let (first, last) = (wavelength_nm[0], wavelength_nm[wavelength_nm.len() - 1]);
     let mut nm = wavelength_nm.to_vec();
     if fine {
-        nm.extend(photopic::knots_nm().filter(|k| (first..=last).contains(k)));
+        nm.extend(colour_matching::knots_nm().filter(|k| (first..=last).contains(k)));
         let steps = ((last - first) / STEP_NM).clamp(1.0, MAX_STEPS).ceil();
         nm.extend((1..steps as usize).map(|k| first + (last - first) * k as f64 / steps));
     }

@@ -162,7 +162,7 @@ impl Spectrum {
             sampling,
         };
         let [low, high] = spectrum.range_nm;
-        let [first, last] = metrics::photopic::range_nm();
+        let [first, last] = metrics::colour_matching::range_nm();
         if photometric && (low < first || high > last) {
             return Err(SpectrumError::new(
                 "weighting",

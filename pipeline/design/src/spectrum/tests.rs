@@ -35,8 +35,7 @@ fn integral(spectrum: &Spectrum, count: usize, f: impl Fn(f64) -> f64) -> f64 {
 
 #[test]
 fn equal_energy_has_the_efficacy_of_the_sum_of_v() {
-    // ∫ V dλ = 106.857 nm (5 nm times 21.3714, the sum of ȳ in CIE 015), over the 470 nm of the
-    // table.
+    // ∫ V dλ = 106.857 nm (the sum of ȳ every nm, ISO/CIE 11664-1), over the 470 nm of the table.
     for weighting in [Weighting::Radiometric, Weighting::Photometric] {
         let flat = spectrum(table(&[360.0, 830.0], &[2.0, 2.0]), weighting);
         let expected = 683.0 * 106.857 / 470.0;
@@ -46,9 +45,9 @@ fn equal_energy_has_the_efficacy_of_the_sum_of_v() {
     // Half of that light lies below 560 nm, where the eye's curve is nearly symmetrical about 559
     // nm.
     let flat = spectrum(table(&[360.0, 830.0], &[1.0, 1.0]), Weighting::Photometric);
-    let below: f64 =
-        metrics::photopic::knots_nm().filter(|&nm| nm < 560.0).map(metrics::photopic::v).sum();
-    let half = 0.5 * 21.3714;
+    let knots = metrics::colour_matching::knots_nm().filter(|&nm| nm < 560.0);
+    let below: f64 = knots.map(metrics::photopic::v).sum();
+    let half = 0.5 * 106.857;
     // The trapezium to 560 nm: all rows before it and half of its own.
     assert!((flat.median_nm() - 560.0) * (half - below - 0.5 * metrics::photopic::v(560.0)) >= 0.0);
     assert!((flat.median_nm() - 559.0).abs() < 2.0, "{}", flat.median_nm());
@@ -61,9 +60,39 @@ fn a_line_at_the_peak_of_the_eye_has_683_lumens_per_watt() {
     assert!((green.luminous_efficacy_lm_per_w - 683.0).abs() < 1e-9);
     assert_eq!(green.rule(7), [(555.0, 1.0)]);
     assert_eq!((green.median_nm(), green.range_nm), (555.0, [555.0, 555.0]));
-    // Helium-neon: V(632.8 nm) = 0.238, 162 to 163 lm/W.
-    let red = spectrum(line(632.8), Weighting::Radiometric);
-    assert!((red.luminous_efficacy_lm_per_w - 683.0 * 0.238).abs() < 1.0);
+    // Helium-neon and blue dies, by the rows of ISO/CIE 11664-1 about them.
+    for (nm, v) in
+        [(632.8, 0.2 * 0.244_889_6 + 0.8 * 0.235_334_4), (452.0, 0.041_768), (412.0, 0.001_530_752)]
+    {
+        let line = spectrum(line(nm), Weighting::Radiometric);
+        let expected = 683.0 * v;
+        assert!((line.luminous_efficacy_lm_per_w - expected).abs() < 1e-5, "{nm}: {line:?}");
+    }
+}
+
+/// CIE illuminant LED-B5 (CIE 015:2018, table 12.2), rows every 5 nm joined by straight lines: u', v'
+/// and efficacy by plain sums over the rows of ISO/CIE 11664-1 every nm. The CIE states 6598 K, by its
+/// own interpolation.
+#[test]
+fn a_white_led_of_the_cie_has_its_colour() {
+    #[rustfmt::skip]
+    let power = [
+        0.0, 0.01, 0.01, 0.03, 0.07, 0.16, 0.35, 0.78, 1.67, 3.3, 5.94, 9.92, 16.15, 25.15, 32.34,
+        31.18, 23.46, 16.39, 12.08, 9.08, 7.21, 6.48, 6.49, 7.05, 8.1, 9.45, 10.88, 12.22, 13.38,
+        14.29, 14.98, 15.48, 15.81, 16.01, 16.1, 16.13, 16.1, 15.98, 15.77, 15.5, 15.15, 14.76,
+        14.31, 13.79, 13.22, 12.59, 11.91, 11.2, 10.47, 9.73, 9.0, 8.27, 7.57, 6.9, 6.25, 5.65,
+        5.08, 4.55, 4.06, 3.61, 3.22, 2.86, 2.54, 2.26, 2.0, 1.75, 1.54, 1.36, 1.2, 1.05, 0.93,
+        0.82, 0.72, 0.64, 0.56, 0.49, 0.44, 0.39, 0.35, 0.31, 0.27,
+    ];
+    let nm: Vec<f64> = (0..81).map(|row| 380.0 + 5.0 * f64::from(row)).collect();
+    let led = spectrum(table(&nm, &power), Weighting::Photometric);
+    let sum = led.tristimulus(&[555.0])[0];
+    let [u, v, kelvin, _] = metrics::chromaticity::figures(sum);
+    assert!((u - 0.199_220).abs() < 2e-5 && (v - 0.465_418).abs() < 2e-5, "{u} {v}");
+    assert!((kelvin - 6591.0).abs() < 2.0, "{kelvin}");
+    let efficacy = led.luminous_efficacy_lm_per_w;
+    assert!((efficacy / 305.1873 - 1.0).abs() < 2e-5, "{efficacy}");
+    assert!((683.0 * sum[1] / efficacy - 1.0).abs() < 2e-4, "{sum:?}");
 }
 
 #[test]

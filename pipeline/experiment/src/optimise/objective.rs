@@ -16,7 +16,7 @@ use metrics::figures::{PARABOLA, PEAK_ANGLE};
 use metrics::{Bounds, Estimate, figures, spread};
 use results::constraint;
 use results::figure_entry::FigureEntry;
-use results::paired_figure::{PairedFigure, jump};
+use results::paired_figure::{PairedFigure, above_rounding, jump};
 use results::shown;
 use simulate::observation::{Observation, check_figure};
 
@@ -148,16 +148,18 @@ impl Evaluation {
             let pairs = own.iter().zip(other);
             pairs.map(|(a, b)| a - b).collect()
         };
-        let value = self.value - base.value;
+        let size = self.value.abs().max(base.value.abs());
+        let value = above_rounding(self.value - base.value, size);
         let by_paths = paired(&self.without, &base.without);
         let by_packages = match self.without_package.len() {
             0 => 0.0,
             _ => spread(&paired(&self.without_package, &base.without_package)),
         };
-        let jump = jump(value, &by_paths, self.value.abs().max(base.value.abs()));
+        let jump = jump(value, &by_paths, size);
         let common = (self.common_error - base.common_error).abs().max(jump / 3f64.sqrt());
         let hidden = self.hidden_error.hypot(base.hidden_error).hypot(common);
-        Estimate::new(value, spread(&by_paths).max(by_packages).hypot(hidden))
+        let scatter = above_rounding(spread(&by_paths).max(by_packages), size);
+        Estimate::new(value, scatter.hypot(hidden))
     }
 
     /// The objective with its standard error. That over packages holds the noise of their paths; where
@@ -339,7 +341,8 @@ impl Objective {
             }
             let found = read.iter().find(|(known, _)| *known == registered(key));
             let (_, figure) = found.with_context(|| {
-                format!("{key} cannot be read: too little light for it, or none")
+                let why = seen.why_absent(design, &registered(key));
+                format!("{key} cannot be read: {why}")
             })?;
             Ok(figure.clone())
         };

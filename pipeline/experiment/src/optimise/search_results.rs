@@ -34,7 +34,8 @@ impl Optimised {
     /// The content of `optimise.json`, without the files that came out.
     pub fn to_file(&self, problem: &Problem, seed: u64) -> OptimisationFile {
         let figures = self.figures().map(|(key, before, after)| {
-            let change = before.map(|before| after.change(before));
+            let change =
+                before.map(|before| after.change(before).in_range_of_changes(named(key).1));
             let verdict = before.zip(change).map(|(before, change)| {
                 let values = [before.entry.value, after.entry.value];
                 Verdict::new(&change, problem.objective.larger_is_better(key, values))

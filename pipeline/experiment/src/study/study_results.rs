@@ -192,7 +192,9 @@ impl StudyResults<'_> {
         all.map(move |(place, figure, target)| {
             let designs = &self.study.setups[index].1;
             let design = designs.iter().find(|design| design.name == place.design);
-            let why = design.map_or_else(String::new, |design| why_absent(design, figure));
+            let is_shown = |key: &str| find(&self.found[index], place, key).is_some();
+            let why =
+                design.map_or_else(String::new, |design| why_absent(design, figure, is_shown));
             AbsentFigure { place, figure, target, why }
         })
     }
@@ -226,7 +228,7 @@ impl StudyResults<'_> {
                 change: is_compared(name)
                     .then(|| self.base(place, name))
                     .flatten()
-                    .map(|b| figure.change(b)),
+                    .map(|b| figure.change(b).in_range_of_changes(named(name).1)),
                 target: self.study.targets.of(&place.design, &place.model, name),
             })
         })

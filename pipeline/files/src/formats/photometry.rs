@@ -23,7 +23,7 @@ pub struct Photometry {
     pub lumens: f64,
     /// Absolute, else relative to the flux of the sources.
     pub absolute: bool,
-    /// Power, W.
+    /// Electrical power, W; 0 where it is not stated.
     pub watts: f64,
 }
 

@@ -17,7 +17,7 @@ use crate::atomic_file::Sink;
 
 static RAYS: RayFormat = RayFormat {
     name: "Speos ray file",
-    flux: FluxRule::OfRays,
+    flux: FluxRule::OfHeader,
     has_lumens: false,
     needs_column: false,
     scan,

@@ -11,6 +11,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::peak_place::PeakPlace;
 use super::{AngularBins, BinPlacement};
 use crate::estimate::DISTINCT;
 use crate::halves::picked;
@@ -53,6 +54,11 @@ fn lobe(profile: &[f64], sphere: &AngularBins, level: f64) -> f64 {
         let inner = (inner + part * (next - inner)) / sphere.bin_deg;
         0.5 * (outer - inner)
     })
+}
+
+/// What one path adds to a sum of paths, as of counts: its variance over its value; `None` of no light.
+fn one_path(value: f64, noise: f64) -> Option<f64> {
+    (value > 0.0).then(|| noise * noise / value)
 }
 
 /// Steps in which a window finds the vertex; each takes most of what is left.
@@ -211,6 +217,10 @@ const MAX_UNCERTAIN: f64 = 1.0 / 6.0;
 /// Paths of which one more is felt.
 const FEW: f64 = 10.0;
 
+/// Standard errors of a centre that two of them lead to 0 which, with two more, bound it: those of one
+/// path hold the five and a half that may have come.
+const FEW_MORE: f64 = 1.5;
+
 /// Fewest bins of half a [lobe] that is resolved, and the number from which on their width tells
 /// nothing.
 const COARSE: f64 = 4.0;
@@ -224,53 +234,6 @@ const DOUBLED: f64 = 3.0;
 
 /// Most bins that noise leaves open at the end of a beam that is resolved.
 const MAX_TIED: usize = 3;
-
-/// Least excess of a peak over the centre, as a fraction of the peak, that a run must be able to
-/// see before it may say that there is none.
-pub const VISIBLE: f64 = 0.02;
-
-/// Where a far field has its peak.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum PeakPlace {
-    /// Off the axis: it exceeds the centre by more than [`DISTINCT`] standard errors of the
-    /// difference.
-    #[default]
-    OffAxis,
-    /// On the axis: it exceeds the centre by less than that, and [`DISTINCT`] standard errors are
-    /// at most [`VISIBLE`] of the peak. The peak angle is noise.
-    OnAxis,
-    /// The run is too short to tell. The peak angle is noise.
-    NotResolved,
-}
-
-impl PeakPlace {
-    /// Of a peak of this excess over the centre; `beside` says whether its angle lies off the axis.
-    fn of(excess: Estimate, peak: f64, beside: bool) -> Self {
-        let noise = DISTINCT * excess.standard_error;
-        if beside && excess.value > noise {
-            Self::OffAxis
-        } else if noise <= VISIBLE * peak {
-            Self::OnAxis
-        } else {
-            Self::NotResolved
-        }
-    }
-
-    /// What stands in place of an angle that is noise.
-    pub fn words(self) -> Option<&'static str> {
-        match self {
-            Self::OffAxis => None,
-            Self::OnAxis => Some("none (maximum on axis)"),
-            Self::NotResolved => Some("not resolved (too few paths)"),
-        }
-    }
-
-    /// Whether the angle is that of a peak, so that a file need not say anything.
-    pub fn is_off_axis(&self) -> bool {
-        *self == Self::OffAxis
-    }
-}
 
 /// Where a profile has its peak.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
@@ -397,7 +360,8 @@ impl FarFieldReading {
     pub fn figures(&self, powers: &Grouped) -> FarFieldFigures {
         let seen = powers.map(|p| self.seen(p));
         // Where few paths show the centre, none of them shows those that might have come.
-        let one_path = event(powers) / self.centre_sr();
+        let one_path = one_path(seen.total()[0], seen.standard_errors()[0])
+            .unwrap_or_else(|| event(powers) / self.centre_sr());
         let one_path = if seen.total()[0] < FEW * one_path { one_path } else { 0.0 };
         let excess = jackknife(&seen, |s| self.peak(s).height - s[0]).with_error(one_path);
         let between = self.between().map(|judge| judge.angle(&powers.map(|p| judge.seen(p))));
@@ -433,7 +397,16 @@ impl FarFieldReading {
             ),
             widths_deg,
             peak_w_per_sr: of_intensity(peak_w_per_sr, in_wide),
-            centre_w_per_sr: jackknife(&seen, |s| s[0]).with_error(one_path),
+            centre_w_per_sr: {
+                let centre = jackknife(&seen, |s| s[0]).with_error(one_path);
+                let may_be_dark = centre.value > 0.0 && centre.value < 2.0 * centre.standard_error;
+                // Between nothing and what a few paths more would be.
+                if may_be_dark {
+                    centre.with_bias(FEW_MORE * centre.standard_error)
+                } else {
+                    centre
+                }
+            },
             peak_place: PeakPlace::of(excess, peak_w_per_sr.value, beside),
             peak_range_deg: tied.map(|bins| bins.map(|bin| self.sphere().centre_deg(bin))),
             peak_edges_deg,
@@ -463,10 +436,11 @@ impl FarFieldReading {
         (Estimate::new(angle.value, angle.standard_error.max(spread)), Some(edges))
     }
 
-    /// Angle at which the intensity falls to this part of the peak. It is not resolved where more
-    /// than [`MAX_TIED`] bins cannot be told from that intensity, or the choice of the peak leaves it
-    /// open: then it lies between the last bin that is surely above, with all before it, and the first
-    /// that is surely below, with all beyond.
+    /// Angle at which the intensity falls to this part of the peak, outwards from it: of side lobes
+    /// beyond nothing counts. It is not resolved where more than [`MAX_TIED`] bins outwards of the
+    /// directions that may hold the peak cannot be told from that intensity, or the choice of the peak
+    /// leaves it open: then it lies between the last bin that is surely above, with all before it, and
+    /// the first that is surely below.
     fn width(&self, seen: &Grouped, part: f64) -> (Estimate, Option<[f64; 2]>) {
         let sphere = self.sphere();
         let angle = self.at_peak(seen, |s, peak| width(&s[1..], &sphere, part * peak));
@@ -474,29 +448,37 @@ impl FarFieldReading {
         if plain.is_nan() {
             return (Estimate::new(plain, 0.0), None);
         }
-        let noise = seen.standard_errors();
-        let best = largest(&seen.total()[1..], &sphere);
+        let (noise, peaks) = (seen.standard_errors(), self.tied(seen));
+        let rings =
+            || (0..sphere.polar).map(|i| (sphere.ring_sr(i), seen.total()[i + 1], noise[i + 1]));
+        // One path of a dark ring has the mean power of those of others.
+        let power: f64 = rings().map(|(sr, value, _)| sr * value).sum();
+        let squares: f64 = rings().map(|(sr, _, noise)| (sr * noise).powi(2)).sum();
+        let in_ring = |(sr, value, noise)| one_path(value, noise).unwrap_or(squares / power / sr);
+        let one_path: Vec<f64> = rings().map(in_ring).collect();
         let left_out: Vec<(Vec<f64>, f64)> = (0..seen.count())
             .map(|g| seen.without(g))
             .map(|s| (s[1..].to_vec(), part * self.peak(&s).height))
             .collect();
-        let excess = |i: usize| {
-            let value = seen.total()[i + 1] - part * self.peak(seen.total()).height;
-            let left_out: Vec<f64> = left_out.iter().map(|(s, level)| s[i] - level).collect();
-            Estimate::new(value, spread(&left_out))
+        let level = part * self.peak(seen.total()).height;
+        let excess = |i: usize| seen.total()[i + 1] - level;
+        // Bins from the first that may be at the level to the first that is surely below.
+        let open = |error: &dyn Fn(usize) -> f64| {
+            let reach = |i: usize| DISTINCT * error(i).hypot(one_path[i]);
+            let outer = |from: usize| from..sphere.polar;
+            let first = outer(peaks[0]).find(|i| excess(*i) <= reach(*i)).unwrap_or(peaks[0]);
+            let last = outer(first.max(peaks[1])).find(|i| excess(*i) < -reach(*i));
+            [first, last.unwrap_or(sphere.polar)]
         };
-        let outer: Vec<(usize, Estimate)> = (best..sphere.polar).map(|i| (i, excess(i))).collect();
-        let is_tied = |(i, e): &&(usize, Estimate)| e.value.abs() <= DISTINCT * noise[i + 1];
-        let mut tied = outer.iter().filter(is_tied).map(|(i, _)| *i);
-        let first = tied.next();
-        let count = first.map_or(0, |first| tied.next_back().unwrap_or(first) - first + 1);
-        if count <= MAX_TIED && angle.is_resolved() && angle.standard_error.is_finite() {
+        let [first, last] = open(&|i| noise[i + 1]);
+        let is_sharp = last - first <= MAX_TIED;
+        if is_sharp && angle.is_resolved() && angle.standard_error.is_finite() {
             return (angle, None);
         }
-        let open = |e: &Estimate| DISTINCT * e.standard_error;
-        let first = outer.iter().find(|(_, e)| e.value <= open(e)).map_or(best, |(i, _)| *i);
-        let last = outer.iter().rev().find(|(_, e)| e.value >= -open(e)).map_or(best, |(i, _)| *i);
-        let ends = [first.saturating_sub(1), last + 1];
+        let [first, last] = open(&|i| {
+            spread(&left_out.iter().map(|(s, level)| s[i] - level).collect::<Vec<f64>>())
+        });
+        let ends = [first.saturating_sub(1), last];
         let ends = ends.map(|bin| (2.0 * sphere.centre_deg(bin)).min(360.0));
         // As of a value anywhere between the ends.
         (Estimate::new(plain, (ends[1] - ends[0]) / 12f64.sqrt()), Some(ends))

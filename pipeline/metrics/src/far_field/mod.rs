@@ -7,10 +7,12 @@
 //! them.
 
 mod far_field_metrics;
+mod peak_place;
 
 use std::f64::consts::PI;
 
-pub use far_field_metrics::{FarFieldFigures, FarFieldReading, PeakMethod, PeakPlace, VISIBLE};
+pub use far_field_metrics::{FarFieldFigures, FarFieldReading, PeakMethod};
+pub use peak_place::{PeakPlace, VISIBLE};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

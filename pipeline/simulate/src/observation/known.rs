@@ -8,7 +8,8 @@ use design::schema::receivers::ReceiverKind;
 use metrics::extraction::is_end;
 use metrics::far_field::PeakMethod;
 use metrics::figures::{
-    self, COLOURS_OF_RECEIVER, Definition, INTENSITY_PER_KILOLUMEN, PARABOLA, Source,
+    self, BEAM_ANGLE, BY_ANGLE, CENTRE_TO_PEAK, COLOURS_OF_RECEIVER, Definition, FIELD_ANGLE,
+    INTENSITY_PEAK, INTENSITY_PER_KILOLUMEN, PARABOLA, PEAK_ANGLE, Source,
 };
 use metrics::layout::Layout;
 use metrics::plural::count;
@@ -19,7 +20,7 @@ use results::shown;
 
 use super::reader::unit_of_receiver;
 use super::readers::{figures_of, has_lumens};
-use super::{accounts, layout, plane_grid};
+use super::{Observation, accounts, layout, plane_grid};
 use crate::dome_surface::dome_surface;
 use crate::model::Model;
 use crate::scene;
@@ -60,12 +61,49 @@ pub fn check_figure(design: &Design, key: &str) -> Result<Definition> {
     Ok(figure)
 }
 
-/// Why a trace of `design` does not show the figure under `key`: its design, or too little light.
-pub fn why_absent(design: &Design, key: &str) -> String {
-    let why = figures::find(key).and_then(|figure| missing(design, &figure));
-    let too_little =
-        || format!("{} show too little light for it", count(design.trace.paths, "path"));
-    why.map_or_else(too_little, |why| format!("the design does not have it, {why}"))
+/// Figures that some light has not, each by the beginning of its key; that of a figure which all such
+/// light has; and why.
+const UNREADABLE: [(&str, &str, &str); 13] = [
+    (BY_ANGLE[1].key, BY_ANGLE[0].key, NO_HALF),
+    (BY_ANGLE[2].key, BY_ANGLE[0].key, NO_HALF),
+    (BEAM_ANGLE.key, PEAK_ANGLE.key, "the intensity does not fall to half of its peak"),
+    (FIELD_ANGLE.key, PEAK_ANGLE.key, "the intensity does not fall to a tenth of its peak"),
+    (CENTRE_TO_PEAK.key, PEAK_ANGLE.key, NARROW),
+    (INTENSITY_PER_KILOLUMEN.key, PEAK_ANGLE.key, NARROW),
+    (INTENSITY_PEAK.key, PEAK_ANGLE.key, NARROW),
+    ("cct_k", "u_prime", NO_RADIATOR),
+    ("duv", "u_prime", NO_RADIATOR),
+    ("plane_cct_k", "plane_u_prime", NO_RADIATOR),
+    ("plane_duv", "plane_u_prime", NO_RADIATOR),
+    ("far_field_cct_k", "far_field_u_prime", NO_RADIATOR),
+    ("far_field_duv", "far_field_u_prime", NO_RADIATOR),
+];
+const NO_HALF: &str = "the luminance does not fall to half of its peak";
+const NARROW: &str = "the peak is as narrow as a bin of the far field (far_field.bin_deg)";
+const NO_RADIATOR: &str =
+    "the colour is too far from that of a black body from 1000 to 20,000 K (|Duv| above 0.05)";
+
+/// Why a trace of `design` that shows the figures `is_shown` does not show that under `key`: its
+/// design, its light, or too little of it.
+pub fn why_absent(design: &Design, key: &str, is_shown: impl Fn(&str) -> bool) -> String {
+    let Some(figure) = figures::find(key) else { return "no such figure".to_owned() };
+    if let Some(why) = missing(design, &figure) {
+        return format!("the design does not have it, {why}");
+    }
+    for (own, companion, why) in UNREADABLE {
+        let rest = key.strip_prefix(own);
+        if rest.is_some_and(|rest| is_shown(&format!("{companion}{rest}"))) {
+            return why.to_owned();
+        }
+    }
+    format!("{} show too little light for it", count(design.trace.paths, "path"))
+}
+
+impl Observation {
+    /// Why the figure under `key` of `design` is not shown here.
+    pub fn why_absent(&self, design: &Design, key: &str) -> String {
+        why_absent(design, key, |key| !self.replicated(design, |other| other == key).is_empty())
+    }
 }
 
 /// Unit of the figure under `key` in the light of `design`.

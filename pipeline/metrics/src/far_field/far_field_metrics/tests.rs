@@ -405,3 +405,66 @@ fn narrow_lobes_off_the_axis_hold_what_bins_do_to_them_or_are_not_resolved() {
         }
     }
 }
+
+/// Groups of a few paths that are luminance: rings of 5 degrees hold Poisson numbers of paths by
+/// intensity times cosine, each of the power of one over the cosine.
+fn luminance(f: &dyn Fn(f64) -> f64, paths: f64, seed: u64) -> Grouped {
+    const GROUPS: usize = 32;
+    let sphere = AngularBins { bin_deg: 5.0, polar: 18, azimuths: 1, ..BINS };
+    let cosines: Vec<f64> = (0..18).map(|i| sphere.centre_deg(i).to_radians().cos()).collect();
+    let flux: Vec<f64> = powers_in(sphere, f).iter().zip(&cosines).map(|(p, c)| p * c).collect();
+    let per_watt = paths / flux.iter().sum::<f64>() / GROUPS as f64;
+    let mut rng = tracer::random::stream(seed, 0);
+    let mut poisson = |mean: f64| {
+        if mean > 30.0 {
+            let normal = (0..12).map(|_| tracer::random::unit(&mut rng)).sum::<f64>() - 6.0;
+            return (mean + mean.sqrt() * normal).round().max(0.0);
+        }
+        let (mut left, mut count) = (mean.exp() * tracer::random::unit(&mut rng), 0.0);
+        while left > 1.0 {
+            left *= tracer::random::unit(&mut rng);
+            count += 1.0;
+        }
+        count
+    };
+    let mut group = |_| -> Vec<f64> {
+        flux.iter().zip(&cosines).map(|(flux, c)| poisson(flux * per_watt) / c).collect()
+    };
+    Grouped::new((0..GROUPS).map(&mut group).collect())
+}
+
+/// A beam of 45 degrees of full width at half maximum, without and with a side lobe above half of its
+/// peak: outwards from the peak it is the first fall to half that counts.
+#[test]
+fn the_width_of_a_main_lobe_is_known_or_said_not_to_be() {
+    let recorded = AngularBins { bin_deg: 5.0, polar: 18, azimuths: 1, ..BINS };
+    let judge = FarFieldReading {
+        recorded,
+        read_bin_deg: 5.0,
+        centre_deg: 5.0,
+        peak: PeakMethod::Bin,
+        ..JUDGE
+    };
+    for side in [0.0, 0.3, 0.7] {
+        let f = |theta: f64| {
+            let lobe = |x: f64| 0.5_f64.powf(x * x);
+            lobe(theta / 22.5) + side * lobe((theta - 65.0) / 6.0)
+        };
+        for (paths, least, sharp) in [(100.0, 0.9, 0.0), (1000.0, 0.9, 0.0), (3e5, 0.95, 0.95)] {
+            let (mut held, mut resolved) = (0.0, 0.0);
+            for seed in 0..40 {
+                let far = judge.figures(&luminance(&f, paths, seed));
+                let entry = far.widths_deg[0];
+                let (width, ends) = entry;
+                let reach = 3.0 * width.standard_error;
+                let ends = ends.or(width.interval());
+                let [low, high] = ends.unwrap_or([width.value - reach, width.value + reach]);
+                held += f64::from(u8::from(width.value.is_nan() || (low <= 45.0 && high >= 45.0)));
+                resolved += f64::from(u8::from(high - low < 12.0));
+            }
+            let [held, resolved] = [held / 40.0, resolved / 40.0];
+            let what = format!("side {side}, {paths} paths: {held} held, {resolved} resolved");
+            assert!(held >= least && resolved >= sharp, "{what}");
+        }
+    }
+}

@@ -5,6 +5,11 @@
 pub const DECADES_WITH_FACTORS: f64 = 2.6;
 /// Labels below which a logarithmic axis takes the ticks of a linear one.
 const MIN_LABELS: usize = 3;
+/// Least labels of an axis, from which a reader tells its scale, and halvings of the step to find them.
+const LEAST_LABELS: usize = 2;
+const MAX_HALVINGS: usize = 4;
+/// Most ticks of an axis; a step that rounding loses has more.
+const MAX_TICKS: i64 = 1000;
 
 /// Map from numbers to places along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -61,18 +66,25 @@ impl AxisScale {
         }
     }
 
-    /// Ticks within the scale, about `count` of them labelled.
+    /// Ticks within the scale, about `count` of them labelled and no fewer than two; none of a scale
+    /// without a length.
     pub fn ticks(self, count: usize) -> Vec<Tick> {
         let [low, high] = self.ends;
+        let labelled = |ticks: &[Tick]| ticks.iter().filter(|tick| tick.label.is_some()).count();
         if self.is_log {
             let ticks = log_ticks(low, high, count);
-            let labelled = ticks.iter().filter(|tick| tick.label.is_some()).count();
             // A short range may hold no round factor of a power of ten.
-            if labelled >= MIN_LABELS || high >= 10.0 * low {
+            let is_short = high < 10.0 * low;
+            if labelled(&ticks) >= if is_short { MIN_LABELS } else { LEAST_LABELS } {
                 return ticks;
             }
         }
-        every(low, high, round_step((high - low) / count.max(1) as f64))
+        let finer = (0..MAX_HALVINGS).map(|halvings| {
+            let count = count.max(1) << halvings;
+            every(low, high, round_step((high - low) / count as f64))
+        });
+        let mut finer = finer.filter(|ticks| labelled(ticks) >= LEAST_LABELS);
+        finer.next().unwrap_or_default()
     }
 }
 
@@ -82,6 +94,7 @@ pub fn every(low: f64, high: f64, step: f64) -> Vec<Tick> {
     let first = (low / step - 1e-6).ceil() as i64;
     let last = (high / step + 1e-6).floor() as i64;
     let decimals = decimals_of(step);
+    let last = if last.saturating_sub(first) < MAX_TICKS { last } else { first };
     (first..=last)
         .map(|index| {
             let at = index as f64 * step;
@@ -225,6 +238,12 @@ mod tests {
         let scale = AxisScale::linear([0.0, 1.0]);
         assert_eq!(labels(&scale.ticks(5)), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(labels(&every(-90.0, 90.0, 45.0)), ["−90", "−45", "0", "45", "90"]);
+        // A step of the count asked for may have one multiple in the range.
+        assert_eq!(labels(&AxisScale::linear([1.1, 2.9]).ticks(1)), ["1.5", "2.0", "2.5"]);
+        assert_eq!(labels(&AxisScale::linear([0.93, 1.06]).ticks(2)), ["0.95", "1.00", "1.05"]);
+        for ends in [[-1e308, 1e308], [f64::NAN, 1.0], [2.0, 2.0]] {
+            assert!(AxisScale::linear(ends).ticks(5).len() < 3, "{ends:?}");
+        }
     }
 
     #[test]

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Whether a far field has its peak off the axis, on it, or anywhere.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Estimate;
+use crate::estimate::DISTINCT;
+
+/// Least excess of a peak over the centre, as a fraction of the peak, that a run must be able to
+/// see before it may say that there is none.
+pub const VISIBLE: f64 = 0.02;
+
+/// Where a far field has its peak.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PeakPlace {
+    /// Off the axis: it exceeds the centre by more than [`DISTINCT`] standard errors of the
+    /// difference.
+    #[default]
+    OffAxis,
+    /// On the axis: it exceeds the centre by less than that, and [`DISTINCT`] standard errors are
+    /// at most [`VISIBLE`] of the peak. The peak angle is noise.
+    OnAxis,
+    /// The run is too short to tell. The peak angle is noise.
+    NotResolved,
+}
+
+impl PeakPlace {
+    /// Of a peak of this excess over the centre; `beside` says whether its angle lies off the axis.
+    pub(super) fn of(excess: Estimate, peak: f64, beside: bool) -> Self {
+        let noise = DISTINCT * excess.standard_error;
+        if beside && excess.value > noise {
+            Self::OffAxis
+        } else if noise <= VISIBLE * peak {
+            Self::OnAxis
+        } else {
+            Self::NotResolved
+        }
+    }
+
+    /// What stands in place of an angle that is noise.
+    pub fn words(self) -> Option<&'static str> {
+        match self {
+            Self::OffAxis => None,
+            Self::OnAxis => Some("none (maximum on axis)"),
+            Self::NotResolved => Some("not resolved (too few paths)"),
+        }
+    }
+
+    /// Whether the angle is that of a peak, so that a file need not say anything.
+    pub fn is_off_axis(&self) -> bool {
+        *self == Self::OffAxis
+    }
+}
