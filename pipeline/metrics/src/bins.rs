@@ -5,6 +5,7 @@
 
 use super::illuminance::Grid;
 use super::layout::Layout;
+use super::lit::{LitBins, over};
 use super::sampled::{LevelEstimates, Levels, Sampled};
 use super::uniformity;
 use super::uniformity_forms::{POINTS, samples};
@@ -22,12 +23,17 @@ pub struct Bins {
 }
 
 impl Bins {
-    /// Bins of these `measures`, of which none is 0.
-    pub fn new(measures: &[f64]) -> Self {
+    /// Bins of these `measures`, of which these parts are `lit`; all without.
+    pub fn new(measures: &[f64], lit: Option<&LitBins>) -> Self {
+        let part = |k: usize| lit.map_or(1.0, |lit| lit.parts[k]);
+        let measures: Vec<f64> =
+            measures.iter().enumerate().map(|(k, measure)| part(k) * measure).collect();
+        let is_counted = |k: usize| lit.is_none_or(|lit| lit.counted[k] > 0.0);
+        let counted = (0..measures.len()).filter(|k| is_counted(*k)).map(|k| measures[k]);
         Self {
-            regions: vec![Sampled::densities(measures)],
             measure: measures.iter().sum(),
-            least: measures.iter().copied().fold(f64::INFINITY, f64::min),
+            least: counted.fold(f64::INFINITY, f64::min),
+            regions: vec![Sampled::densities(&measures, is_counted)],
         }
     }
 
@@ -40,10 +46,15 @@ impl Bins {
         [columns, rows]: [usize; 2],
         layout: &Layout,
         spot: Option<[f64; 2]>,
+        lit: Option<&LitBins>,
     ) -> Self {
-        let grid = Grid { columns, rows, bin_mm: 1.0 };
+        let grid = (Grid { columns, rows, bin_mm: 1.0 }, lit.map(|lit| &lit.counted[..]));
         let area = [-0.5, 0.5].map(|side| [side * columns as f64, side * rows as f64]);
-        let of = |points| Sampled::points(samples(grid, layout, area, (points, spot)));
+        let density = |k: usize| lit.map_or(1.0, |lit| over(1.0, lit.parts[k]));
+        let of = |points| {
+            let samples = samples(grid, layout, area, (points, spot)).into_iter();
+            Sampled::points(samples.map(|sample| sample.times(density)).collect())
+        };
         self.regions.extend([of(&POINTS[..9]), of(&POINTS)]);
         self
     }
@@ -93,7 +104,7 @@ fn ratio(levels: &Levels) -> f64 {
 
 /// The largest value of a map.
 pub fn largest(map: &Grouped) -> Estimate {
-    Bins::new(&vec![1.0; map.total().len()]).estimates(map)[3]
+    Bins::new(&vec![1.0; map.total().len()], None).estimates(map)[3]
 }
 
 #[cfg(test)]
@@ -109,7 +120,7 @@ mod tests {
 
     #[test]
     fn mean_and_extremes_are_those_of_power_over_measure() {
-        let bins = Bins::new(&[1.0, 2.0, 4.0]);
+        let bins = Bins::new(&[1.0, 2.0, 4.0], None);
         let found = bins.estimates(&grouped(&[3.0, 2.0, 16.0], 0.0));
         for (found, expected) in found.iter().zip([21.0, 3.0, 1.0, 4.0, 0.25]) {
             assert!((found.value - expected).abs() < 1e-12, "{found:?} {expected}");
@@ -118,7 +129,8 @@ mod tests {
         // Nine points that no path has reached beside a bin that some have.
         let mut corner = vec![0.0; 144];
         corner[0] = 1.0;
-        let points = Bins::new(&[1.0; 144]).with_points([12; 2], &Layout::of_places(vec![]), None);
+        let none = Layout::of_places(vec![]);
+        let points = Bins::new(&[1.0; 144], None).with_points([12; 2], &none, None, None);
         let ends = points.estimates(&grouped(&corner, 0.0))[5].interval().expect("open");
         assert!(ends[0] <= 0.0 && ends[1] >= 1.0, "{ends:?}");
         let dark = bins.values(&[0.0; 3]);
@@ -134,7 +146,8 @@ mod tests {
         let powers: Vec<f64> = (0..180).map(|k| field(at(k))).collect();
         let none = Layout::of_places(Vec::new());
         let of = |spot, powers: &[f64]| {
-            Bins::new(&[2.0; 180]).with_points([15, 12], &none, spot).values(powers)[5..].to_vec()
+            let bins = Bins::new(&[2.0; 180], None).with_points([15, 12], &none, spot, None);
+            bins.values(powers)[5..].to_vec()
         };
         let expected = [[10.0, 4.0], [13.5, 5.4]].map(|place| field(place) / field([0.0, 0.0]));
         for (found, expected) in of(None, &powers).iter().zip(expected) {
@@ -151,14 +164,14 @@ mod tests {
             (0..180).map(|k| 2.0 + (std::f64::consts::TAU * at(k)[0] / 10.0).cos()).collect();
         let axes = (0..6).map(|k| [f64::from(k % 3) * 10.0 - 10.0, f64::from(k / 3) * 5.0 - 2.5]);
         let leds = Layout::of_places(axes.collect()).seen_from([0.0; 2], [2.0, 1.0]);
-        let bins = Bins::new(&[2.0; 180]);
+        let bins = Bins::new(&[2.0; 180], None);
         assert!(of(None, &wave)[0] > 0.9);
-        assert!(bins.with_points([15, 12], &leds, None).values(&wave)[5] < 0.5);
+        assert!(bins.with_points([15, 12], &leds, None, None).values(&wave)[5] < 0.5);
     }
 
     #[test]
     fn noise_biases_extremes_within_their_bound() {
-        let even = Bins::new(&[1.0; 100]);
+        let even = Bins::new(&[1.0; 100], None);
         let found = even.estimates(&grouped(&[1.0; 100], 0.05));
         for (estimate, expected) in found[1..].iter().zip([1.0; 4]) {
             let bound = 3.0 * estimate.standard_error + estimate.bias_bound.unwrap_or(0.0);

@@ -110,16 +110,28 @@ impl Symmetry {
     }
 }
 
-/// Irradiance of every group, W/mm²: power per bin area, averaged over the symmetries, smoothed by
-/// a Gaussian.
-pub fn smoothed(powers: Grouped, grid: Grid, symmetry: Symmetry, sigma_mm: f64) -> Grouped {
+/// Irradiance of every group, W/mm²: power per area of a bin that can be lit (`parts` of the bins; all
+/// without), averaged over the symmetries, smoothed by a Gaussian.
+pub fn smoothed(
+    powers: Grouped,
+    grid: Grid,
+    parts: Option<&[f64]>,
+    symmetry: Symmetry,
+    sigma_mm: f64,
+) -> Grouped {
     let kernel = kernel(sigma_mm / grid.bin_mm);
+    let areas = parts.map(|parts| convolved(parts, grid, &kernel));
     powers.into_map(|power| {
         let mut map = symmetrised(&power, grid, symmetry);
         for v in &mut map {
             *v /= grid.bin_mm * grid.bin_mm;
         }
-        convolved(&map, grid, &kernel)
+        let mut map = convolved(&map, grid, &kernel);
+        let lit = map.iter_mut().zip(parts.unwrap_or_default()).zip(areas.iter().flatten());
+        for ((value, part), area) in lit {
+            *value = if *part > 0.0 { *value / area } else { 0.0 };
+        }
+        map
     })
 }
 
@@ -231,13 +243,40 @@ mod tests {
     fn smoothing_keeps_power_and_spreads_by_sigma() {
         let mut power = vec![0.0; 441];
         power[10 * 21 + 10] = 1.0;
-        let map = smoothed(Grouped::new(vec![power, vec![0.0; 441]]), GRID, Symmetry::Square, 0.1);
+        let map =
+            smoothed(Grouped::new(vec![power, vec![0.0; 441]]), GRID, None, Symmetry::Square, 0.1);
         let total: f64 = map.total().iter().sum::<f64>() * 0.01;
         assert!((total - 1.0).abs() < 1e-12);
         // Second moment of the discrete Gaussian of σ = one bin.
         let moment: f64 =
             (0..441).map(|k| map.total()[k] * 0.01 * GRID.centre_mm(k % 21, 21).powi(2)).sum();
         assert!((moment.sqrt() - 0.1).abs() < 1e-4, "sigma {}", moment.sqrt());
+    }
+
+    #[test]
+    fn walls_through_bins_leave_even_light_even() {
+        // Walls along x leave 0.3 of the outer columns but one, and nothing of the outer ones.
+        let part = |k: usize| match k % 21 {
+            0 | 20 => 0.0,
+            1 | 19 => 0.3,
+            _ => 1.0,
+        };
+        let parts: Vec<f64> = (0..441).map(part).collect();
+        let even = Grouped::new(vec![parts.clone(); 2]);
+        for sigma_mm in [0.0, 0.05, 0.2] {
+            let map = smoothed(even.clone(), GRID, Some(&parts), Symmetry::Square, sigma_mm);
+            // 2 W in each 0.01 mm² by both groups, and the square's images of the walls along y.
+            let lit = (0..441).filter(|k| part(*k) > 0.0);
+            for k in lit.filter(|k| (2..19).contains(&(k / 21))) {
+                if sigma_mm == 0.0 && (2..19).contains(&(k % 21)) {
+                    assert!((map.total()[k] - 200.0).abs() < 1e-9, "{k}: {}", map.total()[k]);
+                }
+            }
+            let map = smoothed(even.clone(), GRID, Some(&parts), Symmetry::Rectangle, sigma_mm);
+            for k in (0..441).filter(|k| part(*k) > 0.0) {
+                assert!((map.total()[k] - 200.0).abs() < 1e-9, "{k}: {}", map.total()[k]);
+            }
+        }
     }
 
     #[test]

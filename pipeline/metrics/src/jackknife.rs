@@ -171,20 +171,12 @@ pub fn jackknife(observed: &Grouped, f: impl Fn(&[f64]) -> f64) -> Estimate {
     Estimate::new(f(observed.total()), spread(&left_out))
 }
 
-/// Changes of figures from the totals of `from` to those of `to`, with jackknife errors. Both hold
-/// the same groups, so common noise cancels.
-pub fn changes(from: &Grouped, to: &Grouped, f: impl Fn(&[f64]) -> Vec<f64>) -> Vec<Estimate> {
-    let difference = |from: &[f64], to: &[f64]| -> Vec<f64> {
-        f(to).iter().zip(f(from)).map(|(b, a)| b - a).collect()
-    };
-    let left_out: Vec<Vec<f64>> =
-        (0..from.count()).map(|g| difference(&from.without(g), &to.without(g))).collect();
-    let whole = difference(from.total(), to.total());
-    let of = |(i, &value): (usize, &f64)| {
-        let values: Vec<f64> = left_out.iter().map(|v| v[i]).collect();
-        Estimate::new(value, spread(&values))
-    };
-    whole.iter().enumerate().map(of).collect()
+/// The square of a sum over `count` groups without the noise of the groups: what different groups
+/// have in common, from the square of the sum and the sum of the groups' own squares. A product of
+/// two vectors counts as a square too. It may lie below 0.
+pub fn without_noise(square: f64, of_groups: f64, count: usize) -> f64 {
+    let count = count as f64;
+    count / (count - 1.0).max(1.0) * (square - of_groups)
 }
 
 /// Values apart by no more of their size are equal: what differs is the rounding of sums.
@@ -271,16 +263,14 @@ mod tests {
     }
 
     #[test]
-    fn changes_have_errors_of_differences() {
-        let a = Grouped::new((1..9).map(|k| vec![f64::from(k)]).collect());
-        let b = a.map(|v| vec![2.0 * v[0] + 1.0]);
-        let change = changes(&a, &b, |t| vec![t[0]])[0];
-        // From Σk = 36 to 80; k + 1 varies as k does.
-        let alone = jackknife(&a, |t| t[0]);
-        assert!((change.value - 44.0).abs() < 1e-12);
-        assert!((change.standard_error - alone.standard_error).abs() < 1e-12);
-        let shifted = a.map(|v| vec![v[0] + 1.0]);
-        assert!(changes(&a, &shifted, |t| vec![t[0]])[0].standard_error < 1e-12);
+    fn squares_of_noise_are_none() {
+        // Two groups of one level and opposite noise: 4 L² of the sum, of which the noise adds none.
+        let groups = [3.0 + 0.5, 3.0 - 0.5f64];
+        let own: f64 = groups.iter().map(|v| v * v).sum();
+        let square = groups.iter().sum::<f64>().powi(2);
+        assert!((without_noise(square, own, 2) - 4.0 * (9.0 - 0.25)).abs() < 1e-12);
+        // Of equal groups the square is that of the sum.
+        assert!((without_noise(144.0, 36.0, 4) - 144.0).abs() < 1e-12);
     }
 
     #[test]

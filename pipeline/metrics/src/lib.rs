@@ -21,7 +21,7 @@
 //! |---|---|
 //! | [`figures`] | registry: key, label, unit, comparison, meaning of every figure |
 //! | [`far_field`] | intensity over angle, peak angle, centre/peak |
-//! | [`illuminance`], [`layout`] | maps on the plane, places of the LEDs |
+//! | [`illuminance`], [`lit`], [`layout`] | maps on the plane, lit parts of bins, places of the LEDs |
 //! | [`uniformity`], [`uniformity_forms`], [`valley`] | uniformity in all forms, minimum of a noisy map |
 //! | [`extraction`] | extraction efficiency, power ledger |
 //! | [`chromaticity`], [`colour_matching`], [`photopic`] | u', v', colour temperature; CIE tables |
@@ -53,9 +53,11 @@ pub mod illuminance;
 mod jackknife;
 mod jackknifed_figure;
 pub mod layout;
+pub mod lit;
 pub mod photopic;
 pub mod plural;
 pub mod quantity;
+mod sample;
 mod sampled;
 pub mod uniformity;
 pub mod uniformity_forms;
@@ -63,5 +65,5 @@ pub mod valley;
 
 pub use bounds::Bounds;
 pub use estimate::Estimate;
-pub use jackknife::{Grouped, changes, jackknife, spread};
+pub use jackknife::{Grouped, jackknife, spread, without_noise};
 pub use jackknifed_figure::JackknifedFigure;

@@ -21,96 +21,17 @@
 //! smallest place changes is added, so that no error is 0 and three errors are the three paths of an
 //! empty bin at 95 % confidence. Where it exceeds the scatter the figure is not resolved.
 //!
-//! The variance of noisy bins holds the variance of the noise. The covariance of two halves of the
-//! paths does not, and is averaged over many halvings.
-
-use std::sync::Arc;
+//! The variance of noisy bins holds the variance of the noise. The covariance of two groups of paths
+//! does not: the variance is that of all pairs of different groups ([`without_noise`]).
 
 use rayon::prelude::*;
 
 use super::halves::{by_halves, half_difference};
 use super::illuminance::{Grid, largest, smallest};
-use super::jackknife::spread;
+use super::jackknife::{spread, without_noise};
+use super::sample::Sample;
 use super::valley::{Lowest, Valley};
-use super::{Estimate, Grouped};
-
-/// A weighted mean of bins.
-#[derive(Debug, Clone)]
-pub(crate) enum Sample {
-    /// Up to four bins.
-    Between { bins: [usize; 4], weights: [f64; 4] },
-    /// Any number of bins.
-    Spot(Arc<[(usize, f64)]>),
-}
-
-/// Chords of a spot in a row of bins.
-const CHORDS: usize = 8;
-
-impl Sample {
-    /// Bin `k` times `weight`.
-    fn bin(k: usize, weight: f64) -> Self {
-        Self::Between { bins: [k; 4], weights: [weight, 0.0, 0.0, 0.0] }
-    }
-
-    /// Bilinear interpolation at `[x, y]`, mm, as [`Grid::at`].
-    pub fn at(grid: Grid, [x, y]: [f64; 2]) -> Self {
-        let (bins, [a, b]) = grid.corners(x, y);
-        let weights = [(1.0 - a) * (1.0 - b), a * (1.0 - b), (1.0 - a) * b, a * b];
-        Self::Between { bins, weights }
-    }
-
-    /// Mean over a disc about `[x, y]`, mm, or an ellipse of these diameters along x and y: bins by
-    /// their part in it, of those on the map.
-    pub fn spot(grid: Grid, [x, y]: [f64; 2], diameters_mm: [f64; 2]) -> Self {
-        let [across, radius] = diameters_mm.map(|diameter_mm| 0.5 * diameter_mm);
-        // Bins from one end of an interval to the other, with the ends of each that lie within.
-        let parts = |[from, to]: [f64; 2], count: usize| {
-            let edge = move |i: usize| (i as f64 - 0.5 * count as f64) * grid.bin_mm;
-            let place = |at: f64| (at / grid.bin_mm + 0.5 * count as f64).clamp(0.0, count as f64);
-            let bins = place(from).floor() as usize..place(to).ceil() as usize;
-            bins.map(move |i| (i, [edge(i).max(from), edge(i + 1).min(to)]))
-        };
-        let mut bins = Vec::new();
-        for (j, [low, high]) in parts([y - radius, y + radius], grid.rows) {
-            let first = bins.len();
-            let height = (high - low) / CHORDS as f64;
-            for chord in 0..CHORDS {
-                let at = low + (chord as f64 + 0.5) * height - y;
-                let half = across / radius * (radius * radius - at * at).max(0.0).sqrt();
-                for (i, [left, right]) in parts([x - half, x + half], grid.columns) {
-                    let (bin, area) = (j * grid.columns + i, (right - left).max(0.0) * height);
-                    match bins[first..].iter_mut().find(|(known, _)| *known == bin) {
-                        Some((_, sum)) => *sum += area,
-                        None => bins.push((bin, area)),
-                    }
-                }
-            }
-        }
-        let whole: f64 = bins.iter().map(|(_, area)| area).sum();
-        if whole <= 0.0 {
-            return Self::at(grid, [x, y]);
-        }
-        Self::Spot(bins.into_iter().map(|(bin, area)| (bin, area / whole)).collect())
-    }
-
-    /// Value in `map`.
-    pub fn of(&self, map: &[f64]) -> f64 {
-        self.sum(|bin, weight| weight * map[bin])
-    }
-
-    fn concentration(&self) -> f64 {
-        self.sum(|_, weight| weight * weight) / self.sum(|_, weight| weight)
-    }
-
-    fn sum(&self, of: impl Fn(usize, f64) -> f64) -> f64 {
-        match self {
-            Self::Between { bins, weights } => {
-                bins.iter().zip(weights).map(|(bin, weight)| of(*bin, *weight)).sum()
-            }
-            Self::Spot(bins) => bins.iter().map(|(bin, weight)| of(*bin, *weight)).sum(),
-        }
-    }
-}
+use super::{Estimate, Grouped, JackknifedFigure};
 
 /// Samples of a region.
 #[derive(Debug, Clone)]
@@ -189,7 +110,7 @@ pub(crate) struct Levels {
     pub high: f64,
     /// Mean by area.
     pub mean: f64,
-    /// Variance by area.
+    /// Variance by area, of one map with all of its paths.
     pub variance: f64,
 }
 
@@ -207,26 +128,32 @@ impl Sampled {
         Self { samples, areas: vec![1.0 / count as f64; count], extremes: count, valley: None }
     }
 
-    /// All bins, the value of each its content over its measure, which is not 0.
-    pub fn densities(measures: &[f64]) -> Self {
-        let whole: f64 = measures.iter().sum();
-        let bins = measures.iter().enumerate().map(|(k, measure)| (k, 1.0 / measure));
-        let areas = measures.iter().map(|measure| measure / whole).collect();
-        let samples = Samples::Bins(bins.collect());
-        Self { samples, areas, extremes: measures.len(), valley: None }
+    /// The bins that are counted, the value of each its content over its measure.
+    pub fn densities(measures: &[f64], is_counted: impl Fn(usize) -> bool) -> Self {
+        let counted = || measures.iter().enumerate().filter(|(k, _)| is_counted(*k));
+        let whole: f64 = counted().map(|(_, measure)| measure).sum();
+        let bins: Vec<_> = counted().map(|(k, measure)| (k, 1.0 / measure)).collect();
+        let areas = counted().map(|(_, measure)| measure / whole).collect();
+        Self { extremes: bins.len(), samples: Samples::Bins(bins), areas, valley: None }
     }
 
     /// Samples half a bin apart along `segments`, or the bins that `valley` is read from.
-    pub fn lines(grid: Grid, segments: &[[[f64; 2]; 2]], valley: Valley) -> Self {
+    pub fn lines(
+        grid: Grid,
+        counted: Option<&[f64]>,
+        segments: &[[[f64; 2]; 2]],
+        valley: Valley,
+    ) -> Self {
         let samples = match &valley {
             Valley::Bins(bins) => Samples::Bins(bins.iter().map(|bin| (*bin, 1.0)).collect()),
-            Valley::Fit(_) => Samples::Points(along(grid, segments)),
+            Valley::Fit(_) => Samples::Points(along(grid, counted, segments)),
         };
         Self { valley: Some(valley), ..Self::even(samples) }
     }
 
-    /// The bins of a rectangle, by their area inside; those with their middles inside come first.
-    pub fn rectangle(grid: Grid, [low, high]: [[f64; 2]; 2]) -> Self {
+    /// The bins of a rectangle, by their area inside of which no more counts than is `counted`; those
+    /// with their middles inside come first.
+    pub fn rectangle(grid: Grid, counted: Option<&[f64]>, [low, high]: [[f64; 2]; 2]) -> Self {
         let rounding = 1e-9 * grid.bin_mm;
         // Bin, length inside as a fraction of the bin, and whether the middle lies inside.
         let line = |k: usize, count: usize| {
@@ -246,7 +173,15 @@ impl Sampled {
             };
             columns.iter().map(bin)
         });
+        let bins = bins.map(|(bin, area, has_middle): ((usize, f64), f64, bool)| {
+            (bin, area.min(counted.map_or(1.0, |parts| parts[bin.0])), has_middle)
+        });
+        let bins = bins.filter(|(_, area, _)| *area > 0.0);
         let (within, border): (Vec<_>, Vec<_>) = bins.partition(|(_, _, has_middle)| *has_middle);
+        if counted.is_some() && within.is_empty() {
+            // Beyond what is lit all bins are alike.
+            return Self::rectangle(grid, None, [low, high]);
+        }
         let extremes = within.len();
         let all = within.into_iter().chain(border);
         let (bins, mut areas): (Vec<_>, Vec<_>) = all.map(|(bin, area, _)| (bin, area)).unzip();
@@ -271,6 +206,27 @@ impl Sampled {
         let (mean_a, mean_b) = (self.mean_of(a), self.mean_of(b));
         let products = a.iter().zip(b).zip(&self.areas);
         products.map(|((a, b), area)| (a - mean_a) * (b - mean_b) * area).sum()
+    }
+
+    /// Variance over squared mean of `map` without the variance of its noise, which may lie below 0,
+    /// and the same without each group of paths.
+    pub fn squared_variation(&self, map: &Grouped) -> JackknifedFigure {
+        let total = self.samples.values(map.total());
+        let (mean, square) = (self.mean_of(&total), self.covariance(&total, &total));
+        let of_group = |g: usize| {
+            let values = self.samples.values(map.group(g));
+            let square = self.covariance(&values, &values);
+            (self.mean_of(&values), square, self.covariance(&total, &values))
+        };
+        let groups: Vec<_> = (0..map.count()).into_par_iter().map(of_group).collect();
+        let squares: f64 = groups.iter().map(|(_, square, _)| square).sum();
+        let count = map.count();
+        let without = groups.iter().map(|(of_mean, own, with_total)| {
+            let (square, squares) = (square - 2.0 * with_total + own, squares - own);
+            without_noise(square, squares, count - 1) / (mean - of_mean).powi(2)
+        });
+        let value = without_noise(square, squares, count) / (mean * mean);
+        JackknifedFigure::new(value, without.collect())
     }
 
     /// Levels of `map`; the peak of the whole map is `peak`.
@@ -312,7 +268,7 @@ impl Sampled {
             low: held.low.of(map),
             high: held.high.of(map),
             mean: self.mean_of(&values),
-            variance: self.covariance(&values, &values),
+            ..Levels::default()
         }
     }
 
@@ -326,8 +282,8 @@ impl Sampled {
         self.valley.is_none() && matches!(self.samples, Samples::Points(_))
     }
 
-    /// What one of two halves has where the other has its extremes, and their covariance, without
-    /// a mean; then the levels of each, of a fitted valley at the place of the other.
+    /// What one of two halves has where the other has its extremes, without a mean; then the levels
+    /// of each, of a fitted valley at the place of the other.
     fn cross(&self, [a, b]: [&[f64]; 2], peaks: [usize; 2]) -> [Levels; 3] {
         let [of_a, of_b] = [a, b].map(|map| self.samples.values(map));
         let (in_a, in_b) = (self.picks(a, &of_a, peaks[0]), self.picks(b, &of_b, peaks[1]));
@@ -335,27 +291,26 @@ impl Sampled {
             low: if self.is_fitted() { other.low.of(map) } else { own.low.of(map) },
             high: own.high.of(map),
             mean: self.mean_of(values),
-            variance: 0.0,
+            ..Levels::default()
         };
         let crossed = Levels {
             low: 0.5 * (in_a.low.of(b) + in_b.low.of(a)),
             high: 0.5 * (in_a.high.of(b) + in_b.high.of(a)),
-            mean: 0.0,
-            variance: self.covariance(&of_a, &of_b),
+            ..Levels::default()
         };
         [crossed, of(a, &of_a, [&in_a, &in_b]), of(b, &of_b, [&in_b, &in_a])]
     }
 }
 
 /// Samples half a bin apart along `segments`.
-fn along(grid: Grid, segments: &[[[f64; 2]; 2]]) -> Vec<Sample> {
+fn along(grid: Grid, counted: Option<&[f64]>, segments: &[[[f64; 2]; 2]]) -> Vec<Sample> {
     let mut samples = Vec::new();
     for [a, b] in segments {
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
         let count = (2.0 * length / grid.bin_mm).ceil().max(1.0) as usize;
         samples.extend((0..count).map(|k| {
             let s = (k as f64 + 0.5) / count as f64;
-            Sample::at(grid, [0, 1].map(|i| a[i] + s * (b[i] - a[i])))
+            Sample::at(grid, counted, [0, 1].map(|i| a[i] + s * (b[i] - a[i])))
         }));
     }
     samples
@@ -364,6 +319,7 @@ fn along(grid: Grid, segments: &[[[f64; 2]; 2]]) -> Vec<Sample> {
 /// Levels of regions of one map, as they are needed for estimates of functions of them.
 pub(crate) struct LevelEstimates<'a> {
     regions: &'a [Sampled],
+    map: &'a Grouped,
     /// Extremes of all paths.
     plain: Vec<Levels>,
     /// Extremes that one half of the paths has where the other has its own.
@@ -378,7 +334,7 @@ pub(crate) struct LevelEstimates<'a> {
 
 impl<'a> LevelEstimates<'a> {
     /// Of `map` by groups of paths.
-    pub fn new(regions: &'a [Sampled], map: &Grouped) -> Self {
+    pub fn new(regions: &'a [Sampled], map: &'a Grouped) -> Self {
         let (peak_bin, peak) = largest(map.total());
         let of_total = |region: &Sampled| {
             region.picks(map.total(), &region.samples.values(map.total()), peak_bin)
@@ -394,7 +350,7 @@ impl<'a> LevelEstimates<'a> {
         let (crossed, halves) = crossed(regions, map, &plain);
         let event = event(map);
         let one_more = picks.iter().map(|picks| event * picks.low.concentration()).collect();
-        Self { regions, plain, crossed, halves, without, one_more }
+        Self { regions, map, plain, crossed, halves, without, one_more }
     }
 
     /// The `figure` of levels of a region, which is a share of its highest value or of its mean. Where
@@ -446,17 +402,12 @@ impl<'a> LevelEstimates<'a> {
 
     /// The root of the variance of a region over its mean.
     pub fn variation(&self, region: usize) -> Estimate {
-        let squared = |levels: &Levels| match levels.mean {
-            0.0 => 0.0,
-            mean => levels.variance / (mean * mean),
-        };
         if self.plain[region].mean <= 0.0 {
             // That of one bright sample among dark ones is the largest.
             let samples = self.regions[region].areas.len() as f64;
             return Estimate::between(0.0, (samples - 1.0).sqrt(), 0.0);
         }
-        let scatter = self.left_out(region, squared);
-        Estimate::new(squared(&self.crossed[region]), scatter).mapped(f64::sqrt)
+        self.regions[region].squared_variation(self.map).estimate().mapped(f64::sqrt)
     }
 
     fn of_halves(&self, region: usize, figure: impl Fn(&Levels) -> f64) -> f64 {
@@ -512,9 +463,8 @@ impl<'a> LevelEstimates<'a> {
     }
 }
 
-/// Means over halvings of what one half has where the other has its extremes, and of the covariance
-/// of both; then the levels of both halves, by halvings and regions. Means are those of `plain`, and
-/// lie between the extremes.
+/// Means over halvings of what one half has where the other has its extremes; then the levels of both
+/// halves, by halvings and regions. Means are those of `plain`, and lie between the extremes.
 fn crossed(
     regions: &[Sampled],
     map: &Grouped,
@@ -535,7 +485,7 @@ fn crossed(
         low: mean_of(region, |levels| levels.low).min(plain.mean),
         high: mean_of(region, |levels| levels.high).max(plain.mean),
         mean: plain.mean,
-        variance: mean_of(region, |levels| levels.variance),
+        ..Levels::default()
     };
     let means = plain.iter().enumerate().map(mean).collect();
     let both = |all: &Vec<[Levels; 3]>| all.iter().map(|[_, a, b]| [*a, *b]).collect();

@@ -4,7 +4,7 @@
 //!
 //! Equations 1 to 4 of the paper: L_N = L scaled so that its maximum is `full_scale` (256), L_log =
 //! max(0, ln L_N), uniformity = L_log,valley / L_log,peak. With v = L_valley / L_peak this is
-//! max(0, 1 + ln v / ln 256), of the map as it is or above its smallest bin ([`above_smallest`]).
+//! max(0, 1 + ln v / ln 256), of the map as it is or above its smallest bin ([`above`]).
 //! Here are the figures of a single map; [`super::uniformity_forms`] adds their errors.
 
 use super::Grouped;
@@ -47,6 +47,8 @@ pub struct MapReading {
     pub(super) area: Option<Area>,
     /// Diameter of the spots that points of cell and area are, mm; `None`: points of the map.
     pub(super) spot_mm: Option<f64>,
+    /// The part of each bin that counts; all without.
+    pub(super) counted: Option<Vec<f64>>,
 }
 
 impl MapReading {
@@ -54,13 +56,38 @@ impl MapReading {
     pub fn new(grid: Grid, layout: Layout, full_scale: f64, reading: ValleyReading) -> Self {
         let valley = |segments: &[_]| reading.valley(grid, segments, layout.pitch_mm);
         let (straight, diagonal) = (valley(&layout.straight()), valley(&layout.diagonal()));
-        Self { grid, layout, full_scale, straight, diagonal, area: None, spot_mm: None }
+        Self {
+            grid,
+            layout,
+            full_scale,
+            straight,
+            diagonal,
+            area: None,
+            spot_mm: None,
+            counted: None,
+        }
     }
 
     /// The same with an area, and points that are spots of this diameter.
     #[must_use]
     pub fn with_area(self, area: Option<Area>, spot_mm: Option<f64>) -> Self {
         Self { area, spot_mm, ..self }
+    }
+
+    /// The same of bins of which these parts count.
+    #[must_use]
+    pub fn with_counted(self, counted: Option<Vec<f64>>) -> Self {
+        Self { counted, ..self }
+    }
+
+    /// The smallest bin of `map` that counts.
+    pub fn smallest(&self, map: &[f64]) -> usize {
+        let Some(counted) = &self.counted else {
+            return smallest(map).0;
+        };
+        let bins = map.iter().zip(counted).enumerate().filter(|(_, (_, part))| **part > 0.0);
+        let least = bins.min_by(|a, b| a.1.0.total_cmp(b.1.0));
+        least.map_or(0, |(bin, _)| bin)
     }
 
     /// True if the valley between neighbours can be read.
@@ -96,9 +123,8 @@ impl MapReading {
     }
 }
 
-/// A map less its smallest bin, which is picked once, from all groups.
-pub fn above_smallest(map: &Grouped) -> Grouped {
-    let least = smallest(map.total()).0;
+/// A map less its bin `least`.
+pub fn above(map: &Grouped, least: usize) -> Grouped {
     map.map(|m| m.iter().map(|l| l - m[least]).collect())
 }
 
@@ -235,7 +261,7 @@ mod tests {
     fn noise_biases_neither_value_beyond_its_error() {
         let noisy = map(2.0, 0.05, 0.04, 64);
         let exact = map(2.0, 0.05, 0.0, 4);
-        let smooth = |m: &Grouped| smoothed(m.clone(), GRID, Symmetry::Square, 0.1);
+        let smooth = |m: &Grouped| smoothed(m.clone(), GRID, None, Symmetry::Square, 0.1);
         let estimate = uniformity(&smooth(&noisy), GRID, &square(2), 256.0, ValleyReading::Fit)
             .expect("neighbours")
             .straight;
@@ -290,7 +316,8 @@ mod tests {
     fn noise_of_read_bins_is_within_error_and_bias_bound() {
         let read = |noise: f64| {
             let seen = map(2.0, 0.05, noise, 64);
-            let seen = smoothed(seen, GRID, Symmetry::Square, 0.0).map(|m| coarser(m, GRID, 6).0);
+            let seen = smoothed(seen, GRID, None, Symmetry::Square, 0.0);
+            let seen = seen.map(|m| coarser(m, GRID, 6).0);
             let grid = coarser(&[], GRID, 6).1;
             uniformity(&seen, grid, &square(2), 256.0, ValleyReading::Bins)
                 .expect("neighbours")
@@ -305,7 +332,8 @@ mod tests {
     #[test]
     fn what_is_subtracted_is_the_smallest_bin() {
         let (w, floor) = (2.0f64, 0.05);
-        let seen = above_smallest(&map(w, floor, 0.0, 4));
+        let map = map(w, floor, 0.0, 4);
+        let seen = above(&map, smallest(map.total()).0);
         let u = uniformity(&seen, GRID, &square(2), 256.0, ValleyReading::Fit).expect("neighbours");
         // The corner of the map is darkest; with or without a floor the figure is the same.
         let e = |d2: f64| (-d2 / (2.0 * w * w)).exp();

@@ -23,13 +23,13 @@
 mod cell;
 
 pub(crate) use self::cell::cell_on;
-pub use self::cell::{Cell, PHASES, cell, nine_points, sees_one_phase};
+pub use self::cell::{MapMean, PHASES, cell, nine_points, sees_one_phase};
 pub(crate) use self::cell::{POINTS, samples};
 use super::illuminance::largest;
 use super::sampled::{LevelEstimates, Levels, Sampled};
 use super::uniformity::{MapReading, logarithmic, ratio};
 use super::valley::Valley;
-use super::{Estimate, Grouped};
+use super::{Estimate, Grouped, JackknifedFigure};
 
 /// Where a form is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -158,7 +158,8 @@ impl Regions {
     /// Segments and diagonals that the layout has.
     pub fn between_neighbours(reading: &MapReading) -> Self {
         let lines = |region, valley: &Option<Valley>, segments: Vec<_>| {
-            Some((region, Sampled::lines(reading.grid, &segments, valley.clone()?)))
+            let counted = reading.counted.as_deref();
+            Some((region, Sampled::lines(reading.grid, counted, &segments, valley.clone()?)))
         };
         let regions = [
             lines(Region::Segment, &reading.straight, reading.layout.straight()),
@@ -172,15 +173,17 @@ impl Regions {
     pub fn new(reading: &MapReading) -> Self {
         let mut all = Self::between_neighbours(reading);
         let (grid, layout) = (reading.grid, &reading.layout);
+        let counted = reading.counted.as_deref();
         let spot = reading.spot_mm.map(|diameter_mm| [diameter_mm; 2]);
-        let points = |area, points| Sampled::points(samples(grid, layout, area, (points, spot)));
+        let points =
+            |area, points| Sampled::points(samples((grid, counted), layout, area, (points, spot)));
         let cell = [Region::Cell, Region::NinePoints, Region::ThirteenPoints];
         let area = [Region::Area, Region::AreaNinePoints, Region::AreaThirteenPoints];
         for (regions, corners) in [(cell, cell_on(grid, layout)), (area, reading.area)] {
             if let Some(corners) = corners {
                 all.names.extend(regions);
                 all.sampled.extend([
-                    Sampled::rectangle(grid, corners),
+                    Sampled::rectangle(grid, counted, corners),
                     points(corners, &POINTS[..9]),
                     points(corners, &POINTS),
                 ]);
@@ -209,6 +212,18 @@ impl Regions {
                 levels.share(k, |levels| figure(levels, form, self.full_scale))
             }
         })
+    }
+
+    /// Coefficients of variation of `map` without the noise of their bins, and without each group of
+    /// paths; `None` of other forms. In the order of [`Regions::forms`].
+    pub fn variations(&self, map: &Grouped) -> Vec<Option<JackknifedFigure>> {
+        let root = |square: f64| square.max(0.0).sqrt();
+        let variation = |k: usize| {
+            let JackknifedFigure { value, without, .. } = self.sampled[k].squared_variation(map);
+            JackknifedFigure::new(root(value), without.into_iter().map(root).collect())
+        };
+        let all = self.each(|k, form| (form == Form::Variation).then(|| variation(k)));
+        all.into_iter().map(|(_, figure)| figure).collect()
     }
 
     /// The forms that maps have.
@@ -355,6 +370,27 @@ mod tests {
             near("cell_nine_points", 1.0 / (1.0 + c * 9.0 / 16.0), 2e-3);
             let s = (PI * 3.6 / PITCH).sin().powi(2);
             near("cell_thirteen_points", 1.0 / (1.0 + c * s * s), 2e-3);
+        }
+    }
+
+    #[test]
+    fn noise_adds_nothing_to_a_variation() {
+        // Noise of half of each bin, beside a variation of √(5/64) / 1.25.
+        let exact = (5.0f64 / 64.0).sqrt() / 1.25;
+        let regions = Regions::new(&reading_of(layout(), ValleyReading::Fit));
+        for groups in [8, 64] {
+            let noisy = map(1.0, 0.5, groups);
+            let found = value(&regions.estimates(&noisy), "cell_variation");
+            let off = (found.value - exact).abs();
+            assert!(off < 4.0 * found.standard_error, "{groups}: {found:?} {exact}");
+            assert!(found.standard_error < 0.05 * exact, "{groups}: {found:?}");
+            // Replicates are those of the same value.
+            let place = regions.forms().iter().position(|form| form.key == "cell_variation");
+            let replicated = regions.variations(&noisy).swap_remove(place.expect("a form"));
+            let replicated = replicated.expect("a variation").estimate();
+            assert!((replicated.value - found.value).abs() < 1e-12, "{replicated:?} {found:?}");
+            let errors = replicated.standard_error / found.standard_error;
+            assert!((errors - 1.0).abs() < 0.1, "{replicated:?} {found:?}");
         }
     }
 

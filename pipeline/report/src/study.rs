@@ -48,10 +48,13 @@ pub fn tied(study: &StudyFile) -> String {
     }
 }
 
-/// Keys of all figures, in the order of the tables.
+/// Keys of the figures whose changes are drawn: those of a model in `results.json`, and those with a
+/// target. In the order of the tables.
 pub fn figures(study: &StudyFile) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
-    for entry in study.setups.first().into_iter().flat_map(|base| &base.figures) {
+    let is_main = |key: &str| metrics::figures::find(key).is_none_or(|figure| figure.is_main());
+    let base = study.setups.first().into_iter().flat_map(|base| &base.figures);
+    for entry in base.filter(|entry| is_main(&entry.figure) || entry.sought().is_some()) {
         if !names.contains(&entry.figure.as_str()) {
             names.push(&entry.figure);
         }

@@ -47,18 +47,20 @@ impl PairedFigure {
         JackknifedFigure::new(value, without).into()
     }
 
-    /// The error that replicates do not show: that of a figure between two ends, or all of it where
-    /// every replicate is the same.
+    /// The error that replicates do not show: what that of the figure, or of its ends, is beyond
+    /// their scatter.
     pub fn hidden_error(&self) -> f64 {
         let between = self.entry.between_ends().map(|middle| middle.standard_error);
-        let is_still = spread(&self.without) <= ROUNDING * self.entry.value.abs();
-        between.unwrap_or(if is_still { self.entry.standard_error } else { 0.0 })
+        let error = between.unwrap_or(self.entry.standard_error);
+        (error.powi(2) - spread(&self.without).powi(2)).max(0.0).sqrt()
     }
 
-    /// True where the hidden error is that of picking an extreme: traces by the same random numbers
-    /// pick alike, so that of a change it is the difference of both.
+    /// True where traces by the same random numbers have the hidden error in common, so that of a
+    /// change it is the difference of both: that of picking an extreme, and of noise of which the
+    /// replicates show a part.
     pub fn hides_a_bias(&self) -> bool {
-        self.entry.interval.is_some() && !self.entry.is_bin()
+        let is_still = spread(&self.without) <= ROUNDING * self.entry.value.abs();
+        self.entry.bias_bound.is_some() || !is_still && self.entry.interval.is_none()
     }
 
     /// Its difference from `base`, which was traced with the same random numbers, group by group.

@@ -379,8 +379,11 @@ pub struct ReceiverEntry {
 pub struct UntilError {
     /// Figure to be known.
     pub figure: String,
-    /// Standard error wanted.
+    /// Standard error wanted, in the unit of the figure; a relative one as a share of its value.
     pub error: f64,
+    /// True of a relative error.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_relative: bool,
     /// True if it was reached.
     pub reached: bool,
     /// Batches of paths.

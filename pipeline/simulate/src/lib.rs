@@ -35,6 +35,7 @@
 //! | [`symmetry`] | symmetries of a design, for averages and drawings |
 //! | `film_planes` | planes between the films of a stack |
 //! | [`observation`] | receiver sums and figures of merit |
+//! | [`lit`] | the part of each bin of a receiver that can be lit |
 //! | [`absolute`], [`units`] | watts, lumens, and factors between them |
 //! | [`snapshot`], [`stopping_rule`] | batches of paths until a figure is known |
 //! | [`trace_plan`], [`shard`], [`job`] | pieces of a computation that processes share |
@@ -53,6 +54,7 @@ pub mod description;
 pub mod dome_surface;
 mod film_planes;
 pub mod job;
+pub mod lit;
 pub mod model;
 pub mod model_result;
 pub mod model_traces;

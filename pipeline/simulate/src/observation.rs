@@ -27,9 +27,10 @@ use metrics::figures::{self, CENTRE_TO_PEAK, NamedFigure, PEAK_ANGLE, UNIFORMITY
 use metrics::hits::with_one_path;
 use metrics::illuminance::{Grid, coarser, smoothed};
 use metrics::layout::Layout;
+use metrics::lit::LitBins;
 use metrics::quantity::Curve;
 use metrics::uniformity::{ValleyReading, bin_by_bin};
-use metrics::{Estimate, Grouped, JackknifedFigure, changes};
+use metrics::{Estimate, Grouped, JackknifedFigure};
 use results::Figure;
 use results::figure_entry::FigureEntry;
 use results::paired_figure::PairedFigure;
@@ -40,7 +41,7 @@ pub use self::known::{check_figure, is_comparable, unit_in_files, unit_of, why_a
 use self::reader::{Column, Reader};
 pub(super) use self::readers::of_one_path;
 use self::readers::readers;
-use super::symmetry;
+use super::{lit, symmetry};
 
 /// Values by the keys of figures.
 pub type Keyed<T> = Vec<(Cow<'static, str>, T)>;
@@ -214,6 +215,7 @@ impl Observation {
             illuminance: smoothed(
                 plane,
                 grid,
+                lit::of_plane(design).as_ref().map(|lit| &lit.parts[..]),
                 symmetry::of_maps(design),
                 design.receiver.smoothing_sigma_mm,
             ),
@@ -314,14 +316,14 @@ impl Observation {
         wanted: impl Fn(&str) -> bool,
     ) -> Keyed<Estimate> {
         let all = self.keyed(design, wanted, |reader| {
-            let (from, to) = (reader.sums(coarse)?, reader.sums(self)?);
-            let all = changes(&from, &to, |sums| reader.values(sums)).into_iter();
-            let figure = |Estimate { value, standard_error, .. }| JackknifedFigure {
-                value,
-                standard_error,
-                without: Vec::new(),
+            let [from, to] = [reader.sums(coarse)?, reader.sums(self)?];
+            let [from, to] = [&*from, &*to].map(|sums| reader.replicates(sums));
+            let change = |(from, to): (&JackknifedFigure, &JackknifedFigure)| {
+                let pairs = to.without.iter().zip(&from.without);
+                let without = pairs.map(|(to, from)| to - from);
+                JackknifedFigure::new(to.value - from.value, without.collect())
             };
-            Some(all.map(figure).collect())
+            Some(from.iter().zip(&to).map(change).collect())
         });
         all.into_iter().map(|(key, change)| (key, change.estimate())).collect()
     }
@@ -428,8 +430,11 @@ impl Observation {
             self.far_field.runs(of_each).iter().map(|p| far_field_reading.bin_by_bin(p)).collect();
         let layout = layout(design);
         let map = self.illuminance.runs(of_each);
+        let lit = lit::of_plane(design);
         let read = |map: &Vec<f64>| {
-            let (map, grid) = coarser(map, self.grid, design.receiver.read_together());
+            let together = design.receiver.read_together();
+            let grid = coarser(&[], self.grid, together).1;
+            let map = binned(map, self.grid, together, lit.as_ref());
             let map = above_zero(&map, design.receiver.zero);
             bin_by_bin(&map, grid, &layout, design.receiver.full_scale)
         };
@@ -460,11 +465,11 @@ impl Observation {
         self.illuminance.total().iter().any(|value| *value > 0.0)
     }
 
-    /// The map in bins of so many recorded ones along an edge.
-    fn binned_map(&self, together: usize) -> Cow<'_, Grouped> {
+    /// The map in bins of so many recorded ones along an edge, of whose bins these parts are lit.
+    fn binned_map(&self, together: usize, lit: Option<&LitBins>) -> Cow<'_, Grouped> {
         match together {
             1 => Cow::Borrowed(&self.illuminance),
-            together => Cow::Owned(self.illuminance.map(|map| coarser(map, self.grid, together).0)),
+            _ => Cow::Owned(self.illuminance.map(|map| binned(map, self.grid, together, lit))),
         }
     }
 
@@ -493,6 +498,14 @@ pub fn curve(label: &str, values: &Grouped, x: &[f64], last: f64) -> Result<Curv
         values.total()[..count].to_vec(),
         values.standard_errors()[..count].to_vec(),
     )
+}
+
+/// A map in bins of so many recorded ones along an edge.
+fn binned(map: &[f64], grid: Grid, together: usize, lit: Option<&LitBins>) -> Vec<f64> {
+    match lit {
+        Some(lit) => lit.coarser_map(map, grid, together),
+        None => coarser(map, grid, together).0,
+    }
 }
 
 /// A map above darkness, or above its own smallest bin.

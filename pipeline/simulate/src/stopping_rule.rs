@@ -21,6 +21,7 @@ use files::cache::Key;
 use files::progress::warn_once;
 use files::run_context::RunContext;
 use files::store::{MIN_PATHS, Store};
+use metrics::digits::significant;
 use metrics::far_field::PeakPlace;
 use metrics::figures::{self, Source};
 use metrics::plural::count;
@@ -45,14 +46,17 @@ pub struct ErrorTarget {
     /// Key of the figure in the registry, with the name of a receiver or of an account in it.
     pub figure: String,
     /// Largest standard error, in the unit of the figure whatever its value: a fraction of 1 (of
-    /// flux, of what all sources emit), degrees of an angle.
+    /// flux, of what all sources emit), degrees of an angle. Of a relative one a share of the value.
     pub error: f64,
+    /// True of an error that is a share of the value.
+    pub is_relative: bool,
 }
 
 impl FromStr for ErrorTarget {
     type Err = String;
 
-    /// `uniformity=0.1%`, `uniformity=0.001` or `peak_angle_deg=0.2`.
+    /// `uniformity=0.1%`, `uniformity=0.001` or `peak_angle_deg=0.2`; of the value
+    /// `illuminance_peak=1%` or, of figures in per cent too, `uniformity=1%rel`.
     fn from_str(text: &str) -> Result<Self, String> {
         let expected = || {
             let keys = figures::keys_of(|figure| !figure.source.is_of_colours());
@@ -63,21 +67,20 @@ impl FromStr for ErrorTarget {
         let (figure, error) = text.split_once('=').ok_or_else(expected)?;
         let unit = figures::find(figure).ok_or_else(expected)?.unit;
         let is_share = unit.is_percentage() || unit == Unit::Relative;
-        let (number, unit) = match error.strip_suffix('%') {
-            Some(_) if unit == Unit::Degree => {
-                return Err(format!("expected the error of {figure} in degrees, without %"));
-            }
-            Some(_) if !is_share => {
-                return Err(format!("expected the error of {figure} in its unit, without %"));
-            }
-            Some(number) => (number, 0.01),
-            None => (error, 1.0),
+        let (number, is_relative) = match error.strip_suffix("%rel") {
+            Some(number) => (Some(number), true),
+            None => (error.strip_suffix('%'), !is_share),
+        };
+        let (number, unit, is_relative) = match number {
+            Some(number) => (number, 0.01, is_relative),
+            None => (error, 1.0, false),
         };
         let error = number.trim().parse().ok().map(|e: f64| e * unit);
         let error = error.filter(|e| *e > 0.0 && e.is_finite());
         Ok(Self {
             figure: figure.to_owned(),
             error: error.ok_or_else(|| format!("expected an error above 0, got {number:?}"))?,
+            is_relative,
         })
     }
 }
@@ -106,6 +109,20 @@ impl StoppingRule {
 }
 
 impl ErrorTarget {
+    /// The error that a figure of this value may keep.
+    fn allowed(&self, value: f64) -> f64 {
+        if self.is_relative { self.error * value.abs() } else { self.error }
+    }
+
+    /// The error in words.
+    fn words(&self) -> String {
+        if self.is_relative {
+            format!("{} % of its value", significant(100.0 * self.error))
+        } else {
+            format!("{:.2e}", self.error)
+        }
+    }
+
     /// Refuses a figure that the design does not have, and one of all wavelengths together.
     ///
     /// # Errors
@@ -159,11 +176,11 @@ where
         mut self,
         first: Option<Vec<Observation>>,
     ) -> Result<(Vec<Observation>, UntilError)> {
-        let ErrorTarget { figure, error } = &self.rule.target;
+        let ErrorTarget { figure, error, is_relative } = &self.rule.target;
         let checkpoints = self.context.checkpoints;
         let groups = checkpoints.map(|kept| {
             let until =
-                json!({"figure": figure, "error": error, "most_paths": self.rule.most_paths});
+                json!({"figure": figure, "error": error, "is_relative": is_relative, "most_paths": self.rule.most_paths});
             kept.entries(Key::of(&json!({"until": until, "batch": self.key_fields})))
         });
         let snapshot = checkpoints.map(Store::snapshot);
@@ -199,7 +216,8 @@ where
             // uniformity of 0, does not vary and says nothing of how well it is known.
             let is_sum = figures::find(figure).is_some_and(|known| known.is_sum());
             let is_nothing = is_sum && estimate.value == 0.0 && left <= 0.0;
-            let reached = is_nothing || left > 0.0 && left <= *error;
+            let allowed = self.rule.target.allowed(estimate.value);
+            let reached = is_nothing || left > 0.0 && left <= allowed;
             let is_still = left <= 0.0 && batches >= STILL_BATCHES;
             let paths = mean.paths;
             drop(mean);
@@ -208,8 +226,9 @@ where
                 self.context.console.warn(&self.dark(bound, paths));
             }
             // The bound falls as one over the paths.
-            let is_out_of_reach = bound
-                .is_some_and(|bound| paths as f64 * bound > *error * self.rule.most_paths as f64);
+            let is_out_of_reach = bound.is_some_and(|bound| {
+                !is_relative && paths as f64 * bound > *error * self.rule.most_paths as f64
+            });
             let of_batch = paths / u64::from(batches);
             if reached
                 || is_still
@@ -226,7 +245,13 @@ where
                     };
                     self.context.console.warn(&self.unmet(left, paths, why));
                 }
-                let said = UntilError { figure: figure.clone(), error: *error, reached, batches };
+                let said = UntilError {
+                    figure: figure.clone(),
+                    error: *error,
+                    is_relative: *is_relative,
+                    reached,
+                    batches,
+                };
                 return Ok((means, said));
             }
             // What follows takes the memory that they have had.
@@ -252,7 +277,7 @@ where
 
     /// Says that the figure is known to `left` after so many paths, and why no more follow.
     fn unmet(&self, left: f64, paths: u64, why: &str) -> String {
-        let ErrorTarget { figure, error } = &self.rule.target;
+        let figure = &self.rule.target.figure;
         let known = if left.is_infinite() {
             "not resolved".to_owned()
         } else if left > 0.0 {
@@ -261,15 +286,16 @@ where
             "at the end of its range, where it does not vary,".to_owned()
         };
         let paths = count(paths, "path");
-        format!("{}: {figure} is {known} after {paths}, not to {error:.2e}; {why}", self.what)
+        let wanted = self.rule.target.words();
+        format!("{}: {figure} is {known} after {paths}, not to {wanted}; {why}", self.what)
     }
 
     /// Says that no path has reached the figure.
     fn dark(&self, bound: f64, paths: u64) -> String {
-        let ErrorTarget { figure, error } = &self.rule.target;
+        let (figure, wanted) = (&self.rule.target.figure, self.rule.target.words());
         let file = &self.design.provenance.file;
         format!(
-            "--until-error: {file}: {figure}: none of {} has arrived, so it lies below {bound:.1e} (95 % confidence), asked {error:.1e}; if light is expected there, check where it lies and which way it faces",
+            "--until-error: {file}: {figure}: none of {} has arrived, so it lies below {bound:.1e} (95 % confidence), asked {wanted}; if light is expected there, check where it lies and which way it faces",
             count(paths, "path")
         )
     }
@@ -316,6 +342,16 @@ mod tests {
         let of = |text: &str| text.parse::<ErrorTarget>();
         assert!((of("uniformity=0.1%").expect("valid").error - 1e-3).abs() < 1e-18);
         assert!((of("peak_angle_deg=0.2").expect("valid").error - 0.2).abs() < 1e-18);
+        // A per cent of what is no percentage is one of the value.
+        for (text, value, allowed) in [
+            ("uniformity=1%", 0.5, 0.01),
+            ("uniformity=1%rel", 0.5, 0.005),
+            ("peak_angle_deg=1%", 40.0, 0.4),
+            ("flux_up=2%", 150.0, 3.0),
+        ] {
+            let found = of(text).expect("valid").allowed(value);
+            assert!((found - allowed).abs() < 1e-12, "{text}: {found}");
+        }
         for bad in [
             "uniformity",
             "brightness=1",
@@ -323,7 +359,7 @@ mod tests {
             "uniformity=-1%",
             "uniformity=nan",
             "uniformity=x",
-            "peak_angle_deg=1%",
+            "uniformity=0%rel",
         ] {
             assert!(of(bad).is_err(), "{bad}");
         }
@@ -341,7 +377,8 @@ mod tests {
         let interrupt = Interrupt::default();
         let context = RunContext::quiet(&interrupt, 2);
         let run = |error: f64, most_paths: u64| {
-            let target = ErrorTarget { figure: "extraction_efficiency".to_owned(), error };
+            let figure = "extraction_efficiency".to_owned();
+            let target = ErrorTarget { figure, error, is_relative: false };
             observe_until(&job(&design, &surface), &StoppingRule { target, most_paths }, context)
                 .expect("a trace")
         };

@@ -10,8 +10,10 @@ use std::collections::HashSet;
 
 use design::Design;
 use design::resolved::dome::Dome;
-use design::schema::Average;
+use design::schema::{Average, Extent};
 use metrics::illuminance::Symmetry;
+
+use super::scene::mirror_half_mm;
 
 /// The symmetries of the light of `design`.
 pub fn symmetry(design: &Design) -> Symmetry {
@@ -55,10 +57,16 @@ fn parts(design: &Design) -> Vec<(String, Symmetry)> {
     } else {
         Symmetry::Rectangle
     };
+    let is_square = |[x, y]: [f64; 2]| (x / y - 1.0).abs() < 1e-12;
+    let mirror = (design.mirror.extent == Extent::Array).then(|| mirror_half_mm(design));
+    let around = [mirror, design.housing_half_mm()].into_iter().flatten();
+    let around =
+        if around.into_iter().all(is_square) { Symmetry::Square } else { Symmetry::Rectangle };
     let mesh = matches!(design.dome, Some(Dome::Mesh(_)));
     let mut parts = vec![
         ("an LED off its axis or tilted".to_owned(), led),
         ("the places of the packages".to_owned(), array(&design.array.axes_mm())),
+        ("walls and mirror".to_owned(), around),
         ("packages of unequal drive".to_owned(), none_if(design.array.drives.is_some())),
         ("a dome by a mesh".to_owned(), none_if(mesh)),
         ("a file of [files]".to_owned(), design.files.symmetry()),

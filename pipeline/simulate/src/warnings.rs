@@ -18,9 +18,11 @@ use design::Design;
 use design::resolved::led::BoxPlace;
 use design::resolved::medium::Medium;
 use design::resolved::scattering::Phase;
+use design::resolved::solids::CheckedSolid;
 use metrics::digits::shortest;
 
 use super::dome_surface::dome_surface;
+use super::lit;
 use super::model::Model;
 use super::scene;
 
@@ -54,6 +56,7 @@ pub fn warnings(design: &Design) -> Result<Vec<String>> {
     let mut said = of_sources(design);
     said.extend(of_spheres(design));
     said.extend(of_luminophores(design));
+    said.extend(of_films(design));
     said.extend(held_light(design)?);
     Ok(said)
 }
@@ -98,6 +101,19 @@ fn of_spheres(design: &Design) -> Vec<String> {
         })
     };
     media.filter_map(warning).collect()
+}
+
+/// Warnings on films whose edge cuts bins just above them.
+fn of_films(design: &Design) -> Vec<String> {
+    let warning = |(key, film): (String, &CheckedSolid)| {
+        format!(
+            "{}: {key}: the edge of {} {:?} cuts bins, which hold light of both sides: figures of uniformity and extremes leave them out; with bins that end at the edge none is cut",
+            design.provenance.file,
+            film.table,
+            film.name()
+        )
+    };
+    lit::cut_by_films(design).into_iter().map(warning).collect()
 }
 
 /// Surfaces met by the paths of a probe, and scatterings in media, by ledger line.

@@ -108,7 +108,7 @@ fn budget(text: &str) -> Result<Duration, String> {
 /// `optimise.json` last.
 pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let started = Instant::now();
-    let problem = problem::load(&arguments.problem, &arguments.texts)?;
+    let mut problem = problem::load(&arguments.problem, &arguments.texts)?;
     let out = arguments.out.as_path();
     let cache = arguments.job_options().cache();
     let mut recipe = Recipe::new(&problem, &cache, arguments.budget);
@@ -136,6 +136,7 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
         out.display()
     ));
     let found = recipe.run(out, arguments.resume, context)?;
+    problem.verification_paths = found.verification_paths;
     let results = verified(&problem, &found, out, &cache, context)?;
     let published = Published::load()?;
     results.write(out, &published)?;

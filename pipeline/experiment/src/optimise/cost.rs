@@ -69,6 +69,13 @@ impl Pace {
         work.traces * self.seconds_per_trace + work.paths * self.seconds_per_path
     }
 
+    /// Paths of each of `traces` that end before the deadline, after `work` of other traces.
+    pub fn paths_until(self, traces: usize, work: Work, deadline: Instant) -> u64 {
+        let left = deadline.saturating_duration_since(Instant::now()).as_secs_f64();
+        let left = left - self.seconds(work + Work::new(traces, 0));
+        (left / (traces as f64 * self.seconds_per_path)).max(0.0) as u64
+    }
+
     /// True where `work` ends before the deadline.
     pub fn allows(self, work: Work, deadline: Option<Instant>) -> bool {
         let time = Duration::from_secs_f64(self.seconds(work).min(1e9));
@@ -100,14 +107,23 @@ fn selection(stage: &StageSettings) -> Work {
 /// later stages, sensitivities, verification, and the results of both designs.
 pub(super) fn work_after(problem: &Problem, number: usize) -> Work {
     let selections: Work = problem.stages[number..].iter().map(selection).sum();
+    let paths = problem.verification_paths.unwrap_or(problem.design.trace.paths);
+    selections + sensitivities(problem) + Work::new(verifying_traces(problem), paths)
+}
+
+/// Work of the sensitivities.
+pub(super) fn sensitivities(problem: &Problem) -> Work {
     let last = &problem.stages[problem.stages.len() - 1];
     let dimension = problem.variables.resumed_dimension(last.knots);
     let moved = if last.model == Model::Hybrid { 0 } else { 2 * dimension };
+    Work::new(moved, last.most_paths)
+}
+
+/// Traces of the verification and of the results of both designs.
+pub(super) fn verifying_traces(problem: &Problem) -> usize {
+    let last = &problem.stages[problem.stages.len() - 1];
     let front = if last.method == Method::Nsga2 { last.population } else { 0 };
-    let verified = 2 + usize::from(!last.set.is_empty()) + front;
-    let traces = verified + 2 * problem.models.len();
-    let paths = problem.verification_paths.unwrap_or(problem.design.trace.paths);
-    selections + Work::new(moved, last.most_paths) + Work::new(traces, paths)
+    2 + usize::from(!last.set.is_empty()) + front + 2 * problem.models.len()
 }
 
 /// Variables, objective, constraints, stages and paths, for people.

@@ -12,7 +12,6 @@ use serde::{Deserialize, Serialize};
 use design::Design;
 use design::dotted_keys::{self, Settings};
 use files::provenance::FileRecord;
-use metrics::figures::{PARABOLA, PEAK_ANGLE};
 use metrics::{Bounds, Estimate, figures, spread};
 use results::constraint;
 use results::figure_entry::FigureEntry;
@@ -318,21 +317,10 @@ impl Objective {
     ) -> Result<Evaluation> {
         let wanted = self.wanted();
         let wanted_key = |key: &str| all || wanted.iter().any(|w| registered(w) == key);
-        let read: Vec<(String, PairedFigure)> = if all {
-            seen.estimated_replicates(design, wanted_key)
-        } else {
-            // The largest bin of the far field may be a peak, or noise; that of a map is cheap.
-            let is_peak = |key: &str| [PEAK_ANGLE.key, PARABOLA.key].contains(&key);
-            let peaks = |key: &str| is_peak(key) && wanted_key(key);
-            let read = seen.replicated(design, |key| !is_peak(key) && wanted_key(key)).into_iter();
-            let read = read.map(|(key, figure)| (key.into_owned(), figure.into()));
-            let any = [PEAK_ANGLE.key, PARABOLA.key].into_iter().any(peaks);
-            let peaks = any.then(|| seen.estimated_replicates(design, peaks));
-            read.chain(peaks.into_iter().flatten()).collect()
-        };
+        let read = seen.estimated_replicates(design, wanted_key);
         let figure = |key: &str| -> Result<PairedFigure> {
             if let Some(target) = self.targets.get(key) {
-                return target.distance(seen).map(PairedFigure::from);
+                return target.distance(design, seen);
             }
             if let Some(key) = key.strip_prefix(DESIGN) {
                 let groups = seen.far_field.count();

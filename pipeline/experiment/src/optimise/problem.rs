@@ -21,7 +21,7 @@ use super::variables::Variables;
 use crate::checked_file::{CheckedFile, Texts, is_file_name};
 
 /// Version of the search; raise it whenever the same problem would be searched otherwise.
-const SEARCH_VERSION: u32 = 4;
+const SEARCH_VERSION: u32 = 5;
 /// Paths of the first traces of a stage.
 const FIRST_PATHS: u64 = 65_536;
 /// Most paths of the traces of a stage.
@@ -132,6 +132,9 @@ fn check(mut head: CheckedFile<ProblemFile>) -> Result<Problem> {
     let stages: Vec<StageSettings> = stages.collect::<Result<_>>()?;
     let (robust, named) =
         RobustObjective::new(&file.objective, file.verification.samples, &head.folder)?.unzip();
+    if let Some(robust) = &robust {
+        robust.check(&variables.source).context("objective.tolerances")?;
+    }
     for (k, one) in stages.iter().enumerate() {
         if one.method == Method::Nsga2 {
             seeks_a_front(&objective, robust.is_some(), k + 1 == stages.len())

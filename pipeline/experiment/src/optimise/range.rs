@@ -64,7 +64,10 @@ impl Range {
     /// A key that the design of `source` cannot have; bounds without a whole number between them;
     /// choices of which none makes a design.
     pub fn of_key(mut self, key: &str, source: &DesignFile) -> Result<Self> {
-        let with = |value: Value| source.with(&BTreeMap::from([(key.to_owned(), value)]));
+        let settings = |value: Value| BTreeMap::from([(key.to_owned(), value)]);
+        // A path that the design does not hold is wrong whatever the value.
+        source.table_with(&settings(self.value(0.5)))?;
+        let with = |value: Value| source.with(&settings(value));
         if let Self::Choices(choices) = &self {
             let mut refusals = Vec::new();
             for choice in choices {

@@ -15,6 +15,8 @@ use files::atomic_file;
 use files::cache::Cache;
 use files::interrupt::Interrupted;
 use files::run_context::RunContext;
+use metrics::digits::thousands;
+use metrics::plural::count;
 use results::optimisation::{CoefficientEntry, FILE, MissedCandidate};
 use results::paired_figure::PairedFigure;
 use search::Point;
@@ -81,6 +83,8 @@ pub struct Optimised {
     pub design: Design,
     /// Limits at which the design stands.
     pub active_limits: Vec<String>,
+    /// Paths of the verification, instead of those of the design.
+    pub verification_paths: Option<u64>,
     pub(super) verified: Verified,
 }
 
@@ -93,6 +97,8 @@ pub(super) struct Searched {
     variables: Variables,
     start: Point,
     best: Point,
+    /// Pace of its traces.
+    pace: Pace,
 }
 
 /// Evaluations of the designs that were found, by fresh paths.
@@ -218,9 +224,14 @@ impl<'a> Recipe<'a> {
         let mut named = NamedFiles::new(self.problem, out);
         let designs = designs.map(|design| design.write(&mut named, out));
         let designs = designs.collect::<Result<Vec<_>>>()?;
-        let verified = self.verify(&found, &designs, context)?;
+        let verification_paths = self.affordable_paths(&designs[0].design, found.pace, context);
+        let mut problem = self.problem.clone();
+        problem.verification_paths = verification_paths;
+        let recipe = Recipe { problem: &problem, ..*self };
+        let verified = recipe.verify(&found, &designs, context)?;
         let design = designs[0].design.clone();
         Ok(Optimised {
+            verification_paths,
             stages: found.stages,
             active_limits: [
                 found.variables.limits.active(&design),
@@ -230,6 +241,27 @@ impl<'a> Recipe<'a> {
             design,
             verified,
         })
+    }
+
+    /// Paths of the verification of `design`: those stated, or fewer, down to those of a candidate, where
+    /// the budget leaves time for no more.
+    fn affordable_paths(&self, design: &Design, pace: Pace, context: RunContext) -> Option<u64> {
+        let (problem, stated) = (self.problem, self.verification_paths(design));
+        let kept = problem.verification_paths;
+        let Some(budget) = self.budget else { return kept };
+        let (traces, before) = (cost::verifying_traces(problem), cost::sensitivities(problem));
+        let affordable = pace.paths_until(traces, before, self.begun + budget);
+        let paths = affordable.max(self.last_stage().paths).min(stated);
+        if paths == stated {
+            return kept;
+        }
+        context.console.warn(&format!(
+            "{}: --budget: {} are left for the verification, not {}: its errors are larger",
+            problem.inputs[0].file,
+            count(thousands(paths), "path"),
+            thousands(stated)
+        ));
+        Some(paths)
     }
 
     /// Runs all stages, each from where the one before ended.
@@ -250,6 +282,7 @@ impl<'a> Recipe<'a> {
             variables: problem.variables.clone(),
             start: Point::new(),
             best: Point::new(),
+            pace,
         };
         let all = problem.stages.len();
         for (number, stage) in (1..).zip(&problem.stages) {
@@ -287,6 +320,7 @@ impl<'a> Recipe<'a> {
             found.stages.push(StageOutcome { settings: stage.clone(), result, missed });
         }
         self.feasible(&found.stages).map_err(|error| self.about(error))?;
+        found.pace = pace;
         Ok(found)
     }
 
@@ -434,7 +468,7 @@ impl<'a> Recipe<'a> {
         let misses = nearest.map(|one| self.problem.objective.missed(&one.figures));
         anyhow::bail!(
             "constraints: expected a candidate that meets them, got none in {}; of the nearest, {}",
-            metrics::plural::count(candidates, "candidate"),
+            count(candidates, "candidate"),
             misses.unwrap_or_default().join("; ")
         )
     }

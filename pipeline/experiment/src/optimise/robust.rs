@@ -82,6 +82,14 @@ impl RobustObjective {
         Self { samples: self.verification_samples, ..self.clone() }
     }
 
+    /// Refuses deviations of keys that the design of `source` does not hold.
+    ///
+    /// # Errors
+    /// The first such key.
+    pub fn check(&self, source: &DesignFile) -> Result<()> {
+        Self { samples: 1, ..self.clone() }.packages(source, 0).map(drop)
+    }
+
     /// Settings of the packages that deviate from the design of `candidate`; the same deviations
     /// for all candidates of one `seed`.
     ///
@@ -125,7 +133,8 @@ impl RobustObjective {
             let of_packages = deviation(&values) / (values.len() as f64).sqrt();
             // Their scatter holds the noise of their paths.
             let entry = &mut over_packages.entry;
-            entry.standard_error = entry.standard_error.max(of_packages);
+            let by_paths = entry.standard_error.hypot(mean(&PairedFigure::hidden_error));
+            entry.standard_error = by_paths.max(of_packages);
             // Of figures that a package knows between two ends, the mean lies between their means.
             if all.iter().any(|figure| figure.entry.ends().is_some()) {
                 let ends = |f: &PairedFigure| f.entry.ends().unwrap_or([f.entry.value; 2]);

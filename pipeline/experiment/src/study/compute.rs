@@ -21,7 +21,6 @@ use design::serde_arrays::List;
 use files::cache::{Cache, Key};
 use files::run_context::RunContext;
 use files::store::Store;
-use metrics::figures;
 use results::paired_figure::PairedFigure;
 use simulate::job::Task;
 use simulate::model::Model;
@@ -37,7 +36,7 @@ use crate::missing_figure::missing_figure;
 use super::trace_figures::{NamedFigures, SetupFigures, ShortRuns, TraceFigures, TraceId};
 
 /// Version of tracing and reading; raise it whenever the same design would give other numbers.
-const TRACE_VERSION: u32 = 8;
+const TRACE_VERSION: u32 = 9;
 
 /// Folder in the cache of the figures of traces.
 const FOLDER: &str = "traces";
@@ -294,12 +293,8 @@ impl TraceTask {
             Model::Control => (ReliefModel::RayTables, Value::Null),
         };
         let fields = design.trace_fields(relief);
-        let besides = study.targets.besides();
-        // What figures beside those of `results.json` are read from.
-        let read = (!besides.is_empty()).then(|| json!([design.emitted, design.receivers]));
         let figures_key = Key::of(&json!({
-            "figures": besides,
-            "read": read,
+            "read": [json!(design.emitted), json!(design.receivers)],
             "trace_version": TRACE_VERSION,
             "version": env!("CARGO_PKG_VERSION"),
             "design": fields,
@@ -353,10 +348,7 @@ impl TraceTask {
     fn figures(&self, study: &Study, observation: &Observation) -> NamedFigures {
         let design = self.design(study);
         if let DomeChoice::Model(_) = self.dome {
-            let besides = study.targets.besides();
-            let is_main = |key: &str| figures::find(key).is_some_and(|figure| figure.is_main());
-            let wanted = |key: &str| is_main(key) || besides.contains(key);
-            return observation.estimated_replicates(design, wanted);
+            return observation.estimated_replicates(design, |_| true);
         }
         let probes = study.file.probes[self.probes.clone()].iter().map(|probe| {
             let share = |powers: &[f64]| -> f64 {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Targets of a study and the scales of their misses.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, bail, ensure};
 
@@ -80,14 +80,6 @@ impl Targets {
             }
         }
         self
-    }
-
-    /// Targets that are no figures of `results.json` for every design: those of receivers, of the
-    /// ledger and in absolute units.
-    pub fn besides(&self) -> BTreeSet<&str> {
-        let targets = self.figures.values().flat_map(BTreeMap::values);
-        let keys = targets.flat_map(BTreeMap::keys).map(String::as_str);
-        keys.filter(|key| figures::find(key).is_some_and(|figure| !figure.is_main())).collect()
     }
 
     /// Target of a figure.

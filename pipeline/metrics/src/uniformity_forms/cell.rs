@@ -3,7 +3,8 @@
 
 use crate::illuminance::Grid;
 use crate::layout::{Area, Layout};
-use crate::sampled::{Sample, Sampled};
+use crate::sample::Sample;
+use crate::sampled::Sampled;
 
 /// Positions in the unit square: the middles of 3 × 3 parts, then a point in every corner.
 pub(crate) const POINTS: [[f64; 2]; 13] = {
@@ -41,46 +42,54 @@ pub(crate) fn cell_on(grid: Grid, layout: &Layout) -> Option<Area> {
     cell(layout).filter(|[low, high]| (0..2).all(|k| high[k] - low[k] >= 2.0 * grid.bin_mm))
 }
 
-/// The cell as a region of maps.
+/// What a mean of a map is taken over.
 #[derive(Debug, Clone)]
-pub struct Cell(Sampled);
+pub struct MapMean(Sampled);
 
-impl Cell {
-    /// The cell of `layout` on `grid`; `None` where it is not two bins wide.
-    pub fn new(grid: Grid, layout: &Layout) -> Option<Self> {
-        cell_on(grid, layout).map(|corners| Self(Sampled::rectangle(grid, corners)))
+impl MapMean {
+    /// Over the cell of `layout` on `grid`, of whose bins these parts are `counted`; `None` where it is
+    /// not two bins wide.
+    pub fn of_cell(grid: Grid, counted: Option<&[f64]>, layout: &Layout) -> Option<Self> {
+        cell_on(grid, layout).map(|corners| Self(Sampled::rectangle(grid, counted, corners)))
+    }
+
+    /// Over the values at points (x, y), mm, between bins that are `counted`.
+    pub fn of_points(grid: Grid, counted: Option<&[f64]>, points_mm: &[[f64; 2]]) -> Self {
+        let samples = points_mm.iter().map(|at| Sample::at(grid, counted, *at));
+        Self(Sampled::points(samples.collect()))
     }
 
     /// Mean of `map`.
-    pub fn mean(&self, map: &[f64]) -> f64 {
+    pub fn of(&self, map: &[f64]) -> f64 {
         self.0.mean(map)
     }
 }
 
-/// Values of `map` at the nine points of the cell, at all phases of the pitch where they see one;
-/// `None` without a cell.
+/// Values of `map` at the nine points of the cell, at all phases of the pitch where they see one,
+/// between the bins that are counted; `None` without a cell.
 pub fn nine_points(
-    grid: Grid,
+    (grid, counted): (Grid, Option<&[f64]>),
     layout: &Layout,
     spot_mm: Option<f64>,
     map: &[f64],
 ) -> Option<Vec<f64>> {
     let spot = spot_mm.map(|diameter_mm| [diameter_mm; 2]);
-    let samples = samples(grid, layout, cell_on(grid, layout)?, (&POINTS[..9], spot));
+    let area = cell_on(grid, layout)?;
+    let samples = samples((grid, counted), layout, area, (&POINTS[..9], spot));
     Some(samples.iter().map(|sample| sample.of(map)).collect())
 }
 
-/// Samples of `map` at `points` of an area: means over spots of these diameters along x and y, or
-/// values at points.
+/// Samples of `map` at `points` of an area, of bins that are counted: means over spots of these
+/// diameters along x and y, or values at points.
 pub(crate) fn samples(
-    grid: Grid,
+    (grid, counted): (Grid, Option<&[f64]>),
     layout: &Layout,
     area: Area,
     (points, spot): (&[[f64; 2]], Option<[f64; 2]>),
 ) -> Vec<Sample> {
     let sample = |at| match spot {
-        Some(diameters_mm) => Sample::spot(grid, at, diameters_mm),
-        None => Sample::at(grid, at),
+        Some(diameters_mm) => Sample::spot(grid, counted, at, diameters_mm),
+        None => Sample::at(grid, counted, at),
     };
     over_phases(layout, area, points).into_iter().map(sample).collect()
 }

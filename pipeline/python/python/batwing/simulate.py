@@ -153,7 +153,8 @@ def run(
         Folder that keeps tables for later runs, and finished groups of paths of a run that was
         stopped.
     until_error : str, optional
-        Trace on until the standard error of a figure is at most this, such as ``"uniformity=0.1%"``.
+        Trace on until the standard error of a figure is at most this, such as ``"uniformity=0.1%"``;
+        of its value ``"flux_up=1%"`` or ``"uniformity=1%rel"``.
     most_paths : int, optional
         With `until_error`: begin no batch beyond so many paths.
     threads : int, optional

@@ -105,7 +105,11 @@ fn stopping_rule(model: &Model) -> Option<Asked> {
     };
     Some(Asked {
         name: format!("error of {name}"),
-        wanted: format!("at most {}", error(rule.error)),
+        wanted: if rule.is_relative {
+            format!("at most {} % of its value", shortest(100.0 * rule.error))
+        } else {
+            format!("at most {}", error(rule.error))
+        },
         reached: model.entry.figure(&rule.figure).map_or("–".to_owned(), reached),
         verdict: met(rule.reached),
     })

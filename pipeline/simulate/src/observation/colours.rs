@@ -4,14 +4,17 @@
 //! Whoever has observations of several wavelengths makes [`Colours`] of them; figures, files and
 //! pictures read these alone. X, Y and Z are for 1 W of all lights, Y in units of 683 lm.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use design::Design;
 use metrics::Grouped;
 use metrics::colour_regions::{self, Directions};
+use metrics::lit::LitBins;
 use metrics::uniformity_forms::nine_points;
 
 use super::{Observation, layout, plane_grid, sphere};
+use crate::lit;
 
 /// Groups of paths in one of the arrays: 16 groups are left of 64, whose errors are known to a
 /// fifth.
@@ -143,6 +146,7 @@ struct RegionReader<'a> {
     layout: metrics::layout::Layout,
     parts: Option<colour_regions::Parts>,
     directions: Directions,
+    lit: Option<LitBins>,
 }
 
 /// Values of points, parts, directions, map, far field upwards and receivers.
@@ -152,13 +156,19 @@ impl<'a> RegionReader<'a> {
     fn new(design: &'a Design) -> Self {
         let layout = layout(design);
         let parts = colour_regions::Parts::of_cell(plane_grid(design), &layout);
-        Self { design, parts, directions: Directions::new(sphere(design)), layout }
+        let (directions, lit) = (Directions::new(sphere(design)), lit::of_plane(design));
+        Self { design, layout, parts, directions, lit }
     }
 
     fn read(&self, seen: &Observation, group: usize) -> Values {
         let map = seen.illuminance.group(group);
         let spot_mm = self.design.receiver.spot_mm;
-        let points = nine_points(seen.grid, &self.layout, spot_mm, map).unwrap_or_default();
+        let grid = (seen.grid, self.lit.as_ref().map(|lit| &lit.counted[..]));
+        let points = nine_points(grid, &self.layout, spot_mm, map).unwrap_or_default();
+        // Sums are those of light, which is irradiance on what is lit.
+        let light = self.lit.as_ref().map(|lit| map.iter().zip(&lit.parts).map(|(e, p)| e * p));
+        let light = light.map_or(Cow::Borrowed(map), |light| Cow::Owned(light.collect()));
+        let map = &*light;
         let parts = self.parts.as_ref().map_or_else(Vec::new, |parts| parts.sums(map));
         let directions = self.directions.parts.sums(seen.far_field.group(group));
         let receivers = self.design.receivers.iter().zip(&seen.receivers);

@@ -9,14 +9,16 @@ use std::borrow::Cow;
 use design::Design;
 use design::schema::Zero;
 use metrics::figures::{self, PAPERS_MAP, UNIFORMITY_DIAGONAL};
-use metrics::illuminance::{coarser, smallest};
-use metrics::uniformity::{MapReading, above_smallest};
+use metrics::illuminance::coarser;
+use metrics::lit::LitBins;
+use metrics::uniformity::{MapReading, above};
 use metrics::uniformity_forms::{Regions, Uniformity};
-use metrics::{Estimate, Grouped};
+use metrics::{Estimate, Grouped, JackknifedFigure};
 use results::figure_entry::FigureEntry;
 
-use super::reader::{Column, Reader};
+use super::reader::{Column, Reader, left_out};
 use super::{Observation, layout, reading};
+use crate::lit;
 
 /// Reads figures from maps of one design.
 pub(super) struct MapReader {
@@ -26,26 +28,29 @@ pub(super) struct MapReader {
     regions: Regions,
     /// Recorded bins in one that is read, along an edge.
     together: usize,
+    /// Parts of the recorded bins that can be lit; all without.
+    lit: Option<LitBins>,
 }
 
 impl MapReader {
     /// The zero is found in the map of `seen`.
     pub(super) fn new(design: &Design, seen: &Observation) -> Self {
         let together = design.receiver.read_together();
-        let map = seen.binned_map(together);
-        let total = map.total();
+        let lit = lit::of_plane(design);
+        let map = seen.binned_map(together, lit.as_ref());
         let reading = MapReading::new(
             coarser(&[], seen.grid, together).1,
             layout(design),
             design.receiver.full_scale,
             reading(design),
         )
-        .with_area(design.receiver.area_corners_mm(), design.receiver.spot_mm);
+        .with_area(design.receiver.area_corners_mm(), design.receiver.spot_mm)
+        .with_counted(lit.as_ref().map(|lit| lit.coarser(seen.grid, together).counted));
         let smallest = match design.receiver.zero {
             Zero::Dark => None,
-            Zero::Smallest => Some(smallest(total).0),
+            Zero::Smallest => Some(reading.smallest(map.total())),
         };
-        Self { regions: Regions::new(&reading), reading, smallest, together }
+        Self { regions: Regions::new(&reading), reading, smallest, together, lit }
     }
 
     /// True if maps of the design have figures between neighbours.
@@ -64,7 +69,7 @@ impl MapReader {
 
     /// The paper's figures of `map` above its smallest bin; `None` of an even map.
     fn above_zero(&self, map: &Grouped) -> Option<Uniformity> {
-        let above = above_smallest(map);
+        let above = above(map, self.reading.smallest(map.total()));
         let total = above.total();
         let lit = total.iter().any(|l| *l > 0.0);
         let regions = Regions::between_neighbours(&self.reading);
@@ -80,7 +85,7 @@ impl Reader for MapReader {
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
-        Some(seen.binned_map(self.together))
+        Some(seen.binned_map(self.together, self.lit.as_ref()))
     }
 
     fn values(&self, map: &[f64]) -> Vec<f64> {
@@ -88,6 +93,17 @@ impl Reader for MapReader {
         // As many as there are columns: without neighbours there are none.
         let papers = self.has_valley().then(|| self.papers(map).unwrap_or_default());
         papers.into_iter().flatten().chain(forms).collect()
+    }
+
+    fn replicates(&self, map: &Grouped) -> Vec<JackknifedFigure> {
+        let mut figures = left_out(map, |map| self.values(map));
+        let first = figures.len() - self.regions.forms().len();
+        for (figure, variation) in figures[first..].iter_mut().zip(self.regions.variations(map)) {
+            if let Some(variation) = variation {
+                *figure = variation;
+            }
+        }
+        figures
     }
 
     fn entries(&self, map: &Grouped) -> Vec<FigureEntry> {

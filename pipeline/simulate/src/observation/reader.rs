@@ -55,14 +55,7 @@ pub(super) trait Reader: Sync {
 
     /// Values of the totals and without each group.
     fn replicates(&self, sums: &Grouped) -> Vec<JackknifedFigure> {
-        let groups = (0..sums.count()).into_par_iter();
-        let rows: Vec<Vec<f64>> = groups.map(|g| self.values(&sums.without(g))).collect();
-        let all = self.values(sums.total()).into_iter().enumerate();
-        all.map(|(i, value)| {
-            let without = rows.iter().map(|row| row.get(i).copied().unwrap_or(value));
-            JackknifedFigure::new(value, without.collect())
-        })
-        .collect()
+        left_out(sums, |sums| self.values(sums))
     }
 
     /// Change of each value that is a sum by one path of this power, 0 of others and of sums that
@@ -70,6 +63,21 @@ pub(super) trait Reader: Sync {
     fn one_path(&self, _power: f64) -> Vec<f64> {
         Vec::new()
     }
+}
+
+/// What `values` makes of the totals and without each group.
+pub(super) fn left_out(
+    sums: &Grouped,
+    values: impl Fn(&[f64]) -> Vec<f64> + Sync,
+) -> Vec<JackknifedFigure> {
+    let groups = (0..sums.count()).into_par_iter();
+    let rows: Vec<Vec<f64>> = groups.map(|g| values(&sums.without(g))).collect();
+    let all = values(sums.total()).into_iter().enumerate();
+    all.map(|(i, value)| {
+        let without = rows.iter().map(|row| row.get(i).copied().unwrap_or(value));
+        JackknifedFigure::new(value, without.collect())
+    })
+    .collect()
 }
 
 /// A width of a beam, with the ends between which it lies where it is not resolved.

@@ -18,8 +18,9 @@ use metrics::figures::{
 };
 use metrics::illuminance::Grid;
 use metrics::layout::Layout;
+use metrics::lit::LitBins;
 use metrics::quantity::Unit;
-use metrics::uniformity_forms::Cell;
+use metrics::uniformity_forms::MapMean;
 use metrics::{Estimate, Grouped};
 use results::figure_entry::FigureEntry;
 use results::film_light::PASSED;
@@ -30,6 +31,7 @@ use super::colour_readers::{ColourReader, ReceiverColourReader};
 use super::map_reader::MapReader;
 use super::reader::{Column, Reader, of_width, unit_of_receiver};
 use super::{CONVERSION_LOSSES, Observation, far_field_reading, layout};
+use crate::lit;
 use crate::units::Units;
 
 /// The readers of `seen` that read a figure which is `wanted`.
@@ -73,12 +75,12 @@ pub(super) fn readers<'a>(
         }
     }
     if any(Source::Illuminance) && design.emitted.is_some() {
-        all.push(Box::new(IlluminanceReader::new(seen.grid, layout(design), units)));
+        all.push(Box::new(IlluminanceReader::new(seen.grid, design, units)));
     }
     for (k, receiver) in design.receivers.iter().enumerate() {
         let of_bins = ReceiverReader::new(k, receiver, design, units);
         let of_bins = of_bins.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
-        let by_angle = AngleReader::new(k, receiver, units);
+        let by_angle = AngleReader::new(k, receiver, design, units);
         let by_angle = by_angle.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
         let colours = ReceiverColourReader::new(k, receiver, seen);
         let colours = colours.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
@@ -246,14 +248,19 @@ pub fn of_one_path(design: &Design, account: &str, power: f64) -> f64 {
 /// Illuminance above the LEDs, at its peak, and over the cell.
 struct IlluminanceReader {
     grid: Grid,
-    layout: Layout,
-    cell: Option<Cell>,
+    leds: usize,
+    above: MapMean,
+    cell: Option<MapMean>,
     units: Units,
 }
 
 impl IlluminanceReader {
-    fn new(grid: Grid, layout: Layout, units: Units) -> Self {
-        Self { cell: Cell::new(grid, &layout), grid, layout, units }
+    fn new(grid: Grid, design: &Design, units: Units) -> Self {
+        let (layout, lit) = (layout(design), lit::of_plane(design));
+        let counted = lit.as_ref().map(|lit| &lit.counted[..]);
+        let above = MapMean::of_points(grid, counted, &layout.axes_mm);
+        let cell = MapMean::of_cell(grid, counted, &layout);
+        Self { grid, leds: layout.axes_mm.len(), above, cell, units }
     }
 }
 
@@ -267,11 +274,9 @@ impl Reader for IlluminanceReader {
     }
 
     fn values(&self, map: &[f64]) -> Vec<f64> {
-        let axes = &self.layout.axes_mm;
-        let above = axes.iter().map(|[x, y]| self.grid.at(map, *x, *y)).sum::<f64>();
         let peak = map.iter().copied().fold(0.0, f64::max);
-        let mean = self.cell.as_ref().map_or(f64::NAN, |cell| cell.mean(map));
-        vec![above / axes.len() as f64, peak, mean]
+        let mean = self.cell.as_ref().map_or(f64::NAN, |cell| cell.of(map));
+        vec![self.above.of(map), peak, mean]
     }
 
     fn entries(&self, map: &Grouped) -> Vec<FigureEntry> {
@@ -283,7 +288,7 @@ impl Reader for IlluminanceReader {
 
     fn one_path(&self, power: f64) -> Vec<f64> {
         let of_bin = power / (self.grid.bin_mm * self.grid.bin_mm);
-        vec![of_bin / self.layout.axes_mm.len() as f64, of_bin]
+        vec![of_bin / self.leds as f64, of_bin]
     }
 }
 
@@ -313,9 +318,10 @@ impl<'a> ReceiverReader<'a> {
             Measurement::Plane(_) | Measurement::FarField(_) => 1,
         };
         let measures = summed(&detector.measures()[..detector.places()], directions);
-        let mut bins = Bins::new(&measures);
+        let lit = lit::of_receiver(design, receiver);
+        let mut bins = Bins::new(&measures, lit.as_ref());
         if let Some(rectangle) = rectangle_of_points(receiver) {
-            bins = with_points(bins, &rectangle, design);
+            bins = with_points(bins, &rectangle, design, lit.as_ref());
         }
         Some(Self { number, receiver, units, directions, bins })
     }
@@ -351,7 +357,12 @@ fn figures_of_bins(receiver: &CheckedReceiver) -> impl Iterator<Item = Definitio
 }
 
 /// `bins` with the points of this rectangle; one that lies level sees the packages below.
-fn with_points(bins: Bins, rectangle: &StatedRectangle, design: &Design) -> Bins {
+fn with_points(
+    bins: Bins,
+    rectangle: &StatedRectangle,
+    design: &Design,
+    lit: Option<&LitBins>,
+) -> Bins {
     let bin_mm = [0, 1].map(|k| rectangle.size_mm[k] / rectangle.bins[k] as f64);
     let [x, y, _] = rectangle.position_mm;
     let layout = match rectangle.normal {
@@ -359,7 +370,7 @@ fn with_points(bins: Bins, rectangle: &StatedRectangle, design: &Design) -> Bins
         _ => Layout::of_places(Vec::new()),
     };
     let spot = rectangle.spot_mm.map(|mm| bin_mm.map(|bin| mm / bin));
-    bins.with_points(rectangle.bins, &layout, spot)
+    bins.with_points(rectangle.bins, &layout, spot, lit)
 }
 
 /// Sums of `count` neighbours each.

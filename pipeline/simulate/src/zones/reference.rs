@@ -164,9 +164,10 @@ impl Array<'_> {
         let pitch = self.places.pitch_mm;
         let layout =
             Layout::rectangular(self.places.axes_mm(), columns, rows, pitch[0].min(pitch[1]));
-        let mut read = Bins::new(&vec![1.0; bins[0] * bins[1]]);
+        let mut read = Bins::new(&vec![1.0; bins[0] * bins[1]], None);
         if bins.iter().all(|count| *count >= 3) {
-            read = read.with_points(bins, &layout.seen_from(middle, self.frame.bin_mm), None);
+            let leds = layout.seen_from(middle, self.frame.bin_mm);
+            read = read.with_points(bins, &leds, None, None);
         }
         let estimates = read.estimates(map).into_iter();
         // The first is the sum over bins, which has no unit here.

@@ -3,7 +3,7 @@
 
 use anyhow::{Result, ensure};
 
-use metrics::JackknifedFigure;
+use results::paired_figure::PairedFigure;
 use simulate::observation::Observation;
 
 use super::rows;
@@ -52,25 +52,17 @@ impl FarFieldTarget {
     /// Root mean square difference of the azimuthal mean of the intensity from the target over the
     /// upper hemisphere by solid angle, both scaled to the same flux; 1 is the root mean square of
     /// the target.
-    pub fn distance(&self, seen: &Observation) -> JackknifedFigure {
+    pub fn distance(&self, seen: &Observation) -> PairedFigure {
         let sphere = seen.sphere;
         let upper = sphere.centres_deg().into_iter().take_while(|c| *c < 90.0);
-        let bins: Vec<(f64, f64)> =
-            upper.enumerate().map(|(i, centre)| (sphere.ring_sr(i), self.at(centre))).collect();
-        let flux = bins.iter().map(|(sr, target)| sr * target).sum::<f64>();
-        let squares: f64 = bins.iter().map(|(sr, target)| sr * target * target).sum();
-        let distance = |powers: &[f64]| {
-            let profile = sphere.profile(powers);
-            let own: f64 = bins.iter().zip(&profile).map(|((sr, _), i)| sr * i).sum();
-            let missed = bins
-                .iter()
-                .zip(&profile)
-                .map(|((sr, target), intensity)| sr * (intensity * flux / own - target).powi(2));
-            (missed.sum::<f64>() / squares).sqrt()
-        };
-        let far = &seen.far_field;
-        let without = (0..far.count()).map(|g| distance(&far.without(g)));
-        JackknifedFigure::new(distance(far.total()), without.collect())
+        let target: Vec<f64> = upper.map(|centre| self.at(centre)).collect();
+        let weights: Vec<f64> = (0..target.len()).map(|ring| sphere.ring_sr(ring)).collect();
+        let intensity = seen.far_field.map(|powers| {
+            let mut profile = sphere.profile(powers);
+            profile.truncate(target.len());
+            profile
+        });
+        super::distance(&intensity, &target, &weights)
     }
 }
 

@@ -3,7 +3,8 @@
 
 use anyhow::{Result, ensure};
 
-use metrics::JackknifedFigure;
+use metrics::lit::LitBins;
+use results::paired_figure::PairedFigure;
 use simulate::observation::Observation;
 
 use super::rows;
@@ -64,30 +65,23 @@ impl MapTarget {
         Some((1.0 - b) * row(j) + b * row(j + 1))
     }
 
-    /// Root mean square difference of the map from the target over the bins whose middles lie on
+    /// Root mean square difference of the map from the target over the lit bins whose middles lie on
     /// the grid, both scaled to the same mean; 1 is the root mean square of the target.
     ///
     /// # Errors
     /// No such bins, or none with light in the target.
-    pub fn distance(&self, seen: &Observation) -> Result<JackknifedFigure> {
-        let bins = 0..seen.grid.columns * seen.grid.rows;
+    pub fn distance(&self, seen: &Observation, lit: Option<&LitBins>) -> Result<PairedFigure> {
+        let counted = |bin: usize| lit.map_or(1.0, |lit| lit.counted[bin]);
+        let bins = (0..seen.grid.columns * seen.grid.rows).filter(|bin| counted(*bin) > 0.0);
         let bins = bins.filter_map(|k| Some((k, self.at(seen.grid.middle_mm(k))?)));
-        let bins: Vec<(usize, f64)> = bins.collect();
-        let sum: f64 = bins.iter().map(|(_, target)| target).sum();
+        let (bins, target): (Vec<usize>, Vec<f64>) = bins.unzip();
         ensure!(
-            sum > 0.0,
+            target.iter().any(|target| *target > 0.0),
             "illuminance_distance: expected bins of the plane where the target has light, got none"
         );
-        let squares: f64 = bins.iter().map(|(_, target)| target * target).sum();
-        let distance = |map: &[f64]| {
-            let own: f64 = bins.iter().map(|(k, _)| map[*k]).sum();
-            let missed = bins.iter();
-            let missed = missed.map(|(k, target)| (map[*k] * sum / own - target).powi(2));
-            (missed.sum::<f64>() / squares).sqrt()
-        };
-        let map = &seen.illuminance;
-        let without = (0..map.count()).map(|g| distance(&map.without(g)));
-        Ok(JackknifedFigure::new(distance(map.total()), without.collect()))
+        let light = seen.illuminance.map(|map| bins.iter().map(|bin| map[*bin]).collect());
+        let weights: Vec<f64> = bins.iter().map(|bin| counted(*bin)).collect();
+        Ok(super::distance(&light, &target, &weights))
     }
 }
 

@@ -9,9 +9,13 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
+use design::Design;
 use files::bounded_text::{MAX_ROWS, bounded_text};
 use files::provenance::FileRecord;
-use metrics::JackknifedFigure;
+use metrics::{Grouped, JackknifedFigure, without_noise};
+use results::figure_entry::FigureEntry;
+use results::paired_figure::PairedFigure;
+use simulate::lit;
 use simulate::observation::Observation;
 
 use self::far_field::FarFieldTarget;
@@ -53,10 +57,42 @@ impl Target {
     ///
     /// # Errors
     /// A map that has no bins where the target has light.
-    pub fn distance(&self, seen: &Observation) -> Result<JackknifedFigure> {
+    pub fn distance(&self, design: &Design, seen: &Observation) -> Result<PairedFigure> {
         match self {
             Self::FarField(target) => Ok(target.distance(seen)),
-            Self::Map(target) => target.distance(seen),
+            Self::Map(target) => target.distance(seen, lit::of_plane(design).as_ref()),
         }
+    }
+}
+
+/// Root mean square difference of `light` from `target` over its bins by `weights`, both scaled to
+/// the same sum; 1 is the root mean square of the target. With the scale s of the light L, the
+/// square is s² L·L - 2 s L·T + T·T, where L·L is free of the noise of the bins.
+fn distance(light: &Grouped, target: &[f64], weights: &[f64]) -> PairedFigure {
+    let product = |a: &[f64], b: &[f64]| -> f64 {
+        a.iter().zip(b).zip(weights).map(|((a, b), weight)| weight * a * b).sum()
+    };
+    let sum = |light: &[f64]| light.iter().zip(weights).map(|(l, weight)| l * weight).sum::<f64>();
+    let (total, of_target) = (light.total(), product(target, target));
+    let square = |own: f64, squared: f64, mixed: f64| {
+        let scale = sum(target) / own;
+        (scale * scale * squared - 2.0 * scale * mixed) / of_target + 1.0
+    };
+    let (own, mixed, of_total) = (sum(total), product(total, target), product(total, total));
+    let count = light.count();
+    let groups: Vec<&[f64]> = (0..count).map(|g| light.group(g)).collect();
+    let squares: f64 = groups.iter().map(|group| product(group, group)).sum();
+    let without = groups.iter().map(|group| {
+        let squared = product(group, group);
+        let rest = of_total - 2.0 * product(total, group) + squared;
+        let rest = without_noise(rest, squares - squared, count - 1);
+        square(own - sum(group), rest, mixed - product(group, target))
+    });
+    let squared = square(own, without_noise(of_total, squares, count), mixed);
+    let squared = JackknifedFigure::new(squared, without.collect());
+    let root = |square: f64| square.max(0.0).sqrt();
+    PairedFigure {
+        entry: FigureEntry::new(squared.estimate().mapped(f64::sqrt)),
+        without: squared.without.into_iter().map(root).collect(),
     }
 }
