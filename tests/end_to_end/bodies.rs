@@ -312,6 +312,47 @@ fn sources_over_an_edge_or_in_one_place_are_said() {
 }
 
 #[test]
+fn what_emits_on_the_box_moves_with_it() {
+    let folder = with_files(&["chip-off-axis.toml"]);
+    let [_, warned] = said(folder.path(), &["check", "chip-off-axis.toml"]);
+    assert_eq!(warned, "");
+    // A rectangle where the box was before, and where the moved chip emits.
+    let chip = text(folder.path(), "chip-off-axis.toml");
+    let lamp = "\n[[sources]]\nname = \"r\"\nkind = \"rectangle\"\nsize_mm = [0.4, 0.2]\n";
+    for (place, words) in [
+        ("[0.2, 0.1, 0.12]", "sources[1] \"chip\" and sources[2] \"r\" emit from one place"),
+        ("[0.0, 0.0, 0.12]", "sources[2] \"r\" hangs over the edge of the LED by 0.15 mm"),
+    ] {
+        let twice = format!("{chip}{lamp}position_mm = {place}\n");
+        std::fs::write(folder.path().join("twice.toml"), twice).expect("written");
+        let [_, warned] = said(folder.path(), &["check", "twice.toml"]);
+        assert!(warned.contains(words), "{warned}");
+    }
+}
+
+#[test]
+fn mirrors_that_repeat_something_else_are_said_by_check_and_run() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let cell = "name = \"cell\"\n\
+        mirror = { kind = \"lambertian\", reflectance = 0.95, extent = \"array\" }\n\
+        led = { size_mm = [0.5, 0.5], height_mm = 0.15, reflection = \"lambertian\", reflectance = 0.9 }\n\
+        array = { columns = 1, rows = 1, pitch_mm = 5.0 }\n\
+        housing = { kind = \"specular\", reflectance = 1.0, height_mm = 8.0, inner_size_mm = [5.0, 5.0] }\n\
+        light = { wavelength_nm = 550.0 }\nreceiver = { plane_height_mm = 7.9, bin_mm = 0.5 }\n\
+        [[films]]\nname = \"lower\"\nz_mm = 2.5\nthickness_mm = 0.2\nmedium = { index = 1.586 }\n\
+        top = { kind = \"prisms\", direction_deg = 10 }\n";
+    std::fs::write(at.join("cell.toml"), cell).expect("written");
+    let words = "walls that mirror stand for an endless array only where everything is its own \
+                 mirror image in x = 0 and in y = 0; here they turn into something else: \
+                 films[1].top.direction_deg = 10";
+    for command in [&["check", "cell.toml"][..], &["run", "cell.toml", "--paths", "2000"]] {
+        let [_, warned] = said(at, command);
+        assert!(warned.contains(words), "{warned}");
+    }
+}
+
+#[test]
 fn solids_stand_on_the_bottom_to_rounding() {
     let folder = with_files(&["cylinder.toml"]);
     let at = folder.path();

@@ -3,6 +3,7 @@
 
 mod boundary_integral;
 mod contrast;
+mod coplanar_sheets;
 mod diffusers;
 mod held_tables;
 mod moved_boxes;
@@ -10,6 +11,7 @@ mod optical_contact;
 mod order_tables;
 mod polarisers;
 mod prism_films;
+mod public_cases;
 mod ray_optics_control;
 mod rcwa_and_boundary_integral;
 mod reciprocity;

@@ -78,11 +78,15 @@ fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<()> 
             }
             return Ok(());
         }
+        if let (Some(Step::Entry(_)), None) = (parts.peek(), table.get(key)) {
+            bail!("{path}: expected a design that states the list `{key}`, got one without it");
+        }
         let mut at = table.entry(key).or_insert_with(|| toml::Value::Table(toml::Table::new()));
         while let Some(Step::Entry(number)) = parts.peek().copied() {
             parts.next();
             let toml::Value::Array(list) = at else {
-                bail!("{path}: expected a table at `{key}`, got an entry of a list");
+                let got = if at.is_table() { "a table" } else { "one value" };
+                bail!("{path}: expected a list at `{key}`, got {got}");
             };
             let last = list.len();
             let Some(entry) = number.checked_sub(1).and_then(|k| list.get_mut(k)) else {
@@ -225,10 +229,11 @@ mod tests {
             ("shapes[0].a", "from 1 to 2, got 0"),
             ("shapes[x].a", "a key such as"),
             ("shapes.a", "`shapes[1]` to `shapes[2]`"),
-            ("led[1]", "a table at `led`"),
+            ("led[1]", "led[1]: expected a list at `led`, got a table"),
+            ("led.offset_mm[1]", "a design that states the list `offset_mm`"),
             ("led.height_mm.x", "a table"),
             ("led.size_mm.2", "from 1 to 2"),
-            ("led.size_mm.0.1", "a table"),
+            ("led.size_mm.0.1", "expected a list at `size_mm`, got one value"),
             (&"a.".repeat(20_000), "a key such as"),
             (&format!("{}a", "a.".repeat(20_000)), "at most 16 parts"),
             ("led..x", "a key"),

@@ -14,9 +14,6 @@ use results::film_light::{WAYS, account};
 
 /// Largest distance of a plane from the film that it is named for, mm: half the usual gap.
 const OFF_MM: f64 = 0.005;
-/// Gaps that hold no plane, mm.
-const CLOSED_MM: f64 = 2e-6;
-
 /// Planes of a design with their accounts, upwards: two of each plane, up and down.
 pub struct FilmPlanes {
     /// Detectors of one bin.
@@ -64,16 +61,14 @@ fn film(solid: &CheckedSolid) -> Option<(&str, [f64; 2], [f64; 2])> {
 }
 
 /// The planes of the films of `design`, upwards, with height and lengths, mm: `below_NAME`, of the
-/// last also `above_NAME`; none of a closed gap.
+/// last also `above_NAME`.
 fn levels(design: &Design) -> Vec<(String, f64, [f64; 2])> {
     let films: Vec<_> = design.solids.iter().filter_map(film).collect();
     let mut levels = Vec::new();
     let mut below_mm = 0.0;
     for (name, [low, high], size_mm) in &films {
         let gap = low - below_mm;
-        if gap > CLOSED_MM {
-            levels.push((format!("below_{name}"), low - OFF_MM.min(0.5 * gap), *size_mm));
-        }
+        levels.push((format!("below_{name}"), low - OFF_MM.min(0.5 * gap), *size_mm));
         below_mm = *high;
     }
     if let Some((name, [_, high], size_mm)) = films.last() {

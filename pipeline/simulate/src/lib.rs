@@ -29,7 +29,7 @@
 //! | [`tables`] | diffraction orders of every band, from the cache or the solver |
 //! | [`dome_surface`], [`solids`], [`scene`] | surfaces that rays meet |
 //! | [`scene_check`] | refusals that need the scene |
-//! | [`warnings`] | what a design may say by mistake |
+//! | [`warnings`], `mirror_walls` | what a design may say by mistake |
 //! | [`seeds`] | seeds of the traces of one run |
 //! | [`trace`] | Monte Carlo trace of one model |
 //! | [`symmetry`] | symmetries of a design, for averages and drawings |
@@ -55,6 +55,7 @@ pub mod dome_surface;
 mod film_planes;
 pub mod job;
 pub mod lit;
+mod mirror_walls;
 pub mod model;
 pub mod model_result;
 pub mod model_traces;

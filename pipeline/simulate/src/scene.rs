@@ -140,6 +140,20 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
     built(&scene, design)
 }
 
+/// Refuses gaps between bodies that are too thin to be one, with `surface` on the domes.
+///
+/// # Errors
+/// The solid that stands so near to something; solids that do not fit.
+pub fn check_gaps(design: &Design, surface: &DomeSurface) -> Result<()> {
+    if design.solids.is_empty() {
+        return Ok(());
+    }
+    let mirror = mirror(design)?;
+    let package = without_led(design, surface, &mirror)?;
+    let package = with_led_at(design, &package, design.led.place(0))?;
+    solids::check_gaps(design, &package, &bottom(design, &mirror))
+}
+
 /// What the solids of `design` stand on, and the narrow gaps between them, with `surface` on its
 /// domes.
 ///

@@ -66,6 +66,7 @@ pub fn check(design: &Design) -> Result<()> {
         Some(wrong) => unbuilt(design, wrong).into(),
         None => error,
     })?;
+    scene::check_gaps(design, &surface)?;
     scatters_at_all_wavelengths(design, &surface)?;
     tables_fit(design)?;
     if let Err(error) = scene.admits(&plane(design)?) {
@@ -242,9 +243,13 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
             })?;
             solid(design, [widest.name()])
         }
+        Error::SheetInFace { sheet, .. } => solid(design, [&**sheet]),
         _ => None,
     }?;
     let ways = match error {
+        Error::SheetInFace { .. } => {
+            "; move it by 0.001 mm towards the side from which it is seen".to_owned()
+        }
         Error::Crossing { first, second, depth_mm: Some(depth_mm), .. } => {
             format!("; {}", ways_out(design, [first, second], *depth_mm))
         }

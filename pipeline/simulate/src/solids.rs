@@ -7,10 +7,12 @@
 //! crossing with a place.
 //!
 //! Between a solid and what it stands on or touches there is a gap, unless the design asks for
-//! optical contact: with the bottom (`contact`), with other solids (`touching`).
+//! optical contact: with the bottom (`contact`), with other solids (`touching`). A sheet lies on the
+//! outer side of the face in which it is stated: those on the bottom are lifted into that gap.
 
 mod contact;
 mod nesting;
+mod thin_gaps;
 mod touching;
 
 use std::collections::BTreeMap;
@@ -21,7 +23,9 @@ use contact::{Coverage, Covered, covered, plates};
 use nesting::{NestedObject, NestedPlace, Nesting};
 use rayon::prelude::*;
 use serde::Serialize;
+pub use thin_gaps::check_gaps;
 pub use touching::NARROW_MM;
+pub(super) use touching::surface_points;
 use touching::{Displacement, NarrowGap, narrow_gaps};
 use tracer::glam::{DVec2, DVec3};
 use tracer::{
@@ -425,7 +429,7 @@ fn place_solids<'a>(
     let displaced = Displacement::new(placing, &own, &objects, &nest)?;
     // Whoever asks for gaps traces nothing.
     let gaps = match outside {
-        None => narrow_gaps(&own, &objects, &nest, &displaced, body),
+        None => narrow_gaps(&own, &objects, &nest, &displaced, body, NARROW_MM),
         Some(_) => Vec::new(),
     };
 
@@ -450,7 +454,7 @@ fn place_solids<'a>(
         let inner = if object.sheet { place.outer } else { object.inner };
         let depth = outside.map_or(0, |outside| outside.depth) + place.depth;
         let inset_mm = placing.inset_mm * (1 + depth) as f64;
-        let shape = drawn_in(design, solid, inset_mm)?;
+        let shape = drawn_in(placing, solid, inset_mm)?;
         for part in displaced.parts(k, &objects, place.outer, inset_mm) {
             let sides = [inner, part.outer];
             let optics = match outside {
@@ -498,6 +502,7 @@ fn nested(
         Ok(NestedObject {
             shape: solid.form.shape(0.0)?,
             sheet: solid.stated.kind.is_sheet(),
+            on_bottom: solid.form.is_on_bottom() || solid.touches_bottom(),
             inner: inner.map_or(Region::Opaque, |(_, region)| *region),
         })
     });
@@ -530,9 +535,12 @@ fn optics(
     })
 }
 
-/// The shape of a solid with its outer faces drawn in; in optical contact its foot is sunk.
-fn drawn_in(design: &Design, solid: &CheckedSolid, inset_mm: f64) -> Result<Shape> {
-    let shape = if solid.touches_bottom() {
+/// The shape of a solid with its outer faces drawn in; in optical contact its foot is sunk. A sheet
+/// on the bottom is lifted, less than the feet of solids.
+fn drawn_in(placing: &Placing, solid: &CheckedSolid, inset_mm: f64) -> Result<Shape> {
+    let shape = if solid.form.is_on_bottom() {
+        solid.form.lifted(0.5 * placing.inset_mm).shape(inset_mm)
+    } else if solid.touches_bottom() {
         solid.form.shape_in_contact(inset_mm)
     } else {
         solid.form.shape(inset_mm)
@@ -542,7 +550,7 @@ fn drawn_in(design: &Design, solid: &CheckedSolid, inset_mm: f64) -> Result<Shap
         let expected = format!(
             "a solid thicker than twice {inset_mm:.1e} mm, by which its faces are drawn in: {error}"
         );
-        refused(design, key, got, expected).into()
+        refused(placing.design, key, got, expected).into()
     })
 }
 

@@ -65,7 +65,7 @@ fn parts(design: &Design) -> Vec<(String, Symmetry)> {
     let mesh = matches!(design.dome, Some(Dome::Mesh(_)));
     let mut parts = vec![
         ("an LED off its axis or tilted".to_owned(), led),
-        ("the places of the packages".to_owned(), array(&design.array.axes_mm())),
+        ("the places of the packages".to_owned(), of_places(&design.array.axes_mm())),
         ("walls and mirror".to_owned(), around),
         ("packages of unequal drive".to_owned(), none_if(design.array.drives.is_some())),
         ("a dome by a mesh".to_owned(), none_if(mesh)),
@@ -79,7 +79,7 @@ fn parts(design: &Design) -> Vec<(String, Symmetry)> {
 }
 
 /// The symmetries of the places of packages.
-fn array(axes_mm: &[[f64; 2]]) -> Symmetry {
+pub(super) fn of_places(axes_mm: &[[f64; 2]]) -> Symmetry {
     let extent = axes_mm.iter().flatten().fold(0.0, |far: f64, v| far.max(v.abs()));
     if extent == 0.0 {
         return Symmetry::Square;
@@ -147,11 +147,11 @@ mod tests {
     #[test]
     fn places_of_packages_have_the_symmetries_of_their_pattern() {
         let third = 1.0 / 3.0;
-        assert_eq!(array(&[[0.0; 2]]), Symmetry::Square);
-        assert_eq!(array(&[[-third, 0.0], [third, 0.0]]), Symmetry::Rectangle);
+        assert_eq!(of_places(&[[0.0; 2]]), Symmetry::Square);
+        assert_eq!(of_places(&[[-third, 0.0], [third, 0.0]]), Symmetry::Rectangle);
         let plus = [[third, 0.0], [-third, 0.0], [0.0, third], [0.0, -third]];
-        assert_eq!(array(&plus), Symmetry::Square);
-        assert_eq!(array(&plus[..3]), Symmetry::None);
-        assert_eq!(array(&[[1.0, 0.0]]), Symmetry::None);
+        assert_eq!(of_places(&plus), Symmetry::Square);
+        assert_eq!(of_places(&plus[..3]), Symmetry::None);
+        assert_eq!(of_places(&[[1.0, 0.0]]), Symmetry::None);
     }
 }

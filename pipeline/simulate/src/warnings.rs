@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! What a design may say by mistake, for `check` and `run`: sources that hang over the edge of what
 //! they lie on, sources in one place, bodies that hold the light, media that scatter it very often,
-//! and spheres too near each other to scatter independently.
+//! spheres too near each other to scatter independently, and walls that mirror what is not its own
+//! image.
 //!
 //! \[Tien, Drolen 1987\] C. L. Tien, B. L. Drolen, *Thermal radiation in particulate media with
 //! dependent and independent scattering*, Annu. Rev. Numer. Fluid Mech. Heat Transfer 1, 1.
@@ -23,6 +24,7 @@ use metrics::digits::shortest;
 
 use super::dome_surface::dome_surface;
 use super::lit;
+use super::mirror_walls;
 use super::model::Model;
 use super::scene;
 
@@ -57,6 +59,7 @@ pub fn warnings(design: &Design) -> Result<Vec<String>> {
     said.extend(of_spheres(design));
     said.extend(of_luminophores(design));
     said.extend(of_films(design));
+    said.extend(mirror_walls::warning(design));
     said.extend(held_light(design)?);
     Ok(said)
 }
@@ -170,13 +173,17 @@ fn held_light(design: &Design) -> Result<Vec<String>> {
 
 /// Warnings on the places of sources.
 fn of_sources(design: &Design) -> Vec<String> {
-    let lit: Vec<(String, &Source)> = design
-        .sources
-        .iter()
-        .enumerate()
+    let led = design.led.at(design.led.place(0));
+    let sources = design.sources.iter().enumerate();
+    let lit: Vec<(String, Source)> = sources
         .flat_map(|(k, source)| {
             let key = format!("sources[{}] {:?}", k + 1, source.name());
-            source.emitters.iter().map(move |emitter| (key.clone(), &emitter.source))
+            // Sources without a place of their own stand on the box.
+            let is_carried = source.stated.kind.place().is_none();
+            source.emitters.iter().map(move |emitter| {
+                let emitter = emitter.source.clone();
+                (key.clone(), if is_carried { led.carry(emitter) } else { emitter })
+            })
         })
         .collect();
     let mut said = Vec::new();

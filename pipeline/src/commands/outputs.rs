@@ -60,8 +60,8 @@ pub(super) fn writable(directory: &Path) -> Result<()> {
         refused(),
         there.display()
     );
-    let probe = tempfile::Builder::new().prefix(".batwing-").tempfile_in(there);
-    probe.map(drop).with_context(refused)?;
+    // A file without a name stays behind in no case.
+    tempfile::tempfile_in(there).map(drop).with_context(refused)?;
     discard_abandoned(directory);
     Ok(())
 }

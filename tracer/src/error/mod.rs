@@ -260,6 +260,19 @@ pub enum Error {
         /// Distance above which they are told apart, mm.
         apart_mm: f64,
     },
+    /// A sheet lies in the plane of a face that it shares area with.
+    #[error(
+        "'{sheet}' lies in the plane of '{surface}', which it overlaps: expected a sheet more than \
+            {apart_mm:.1e} mm off it, as rounding would decide which of the two light meets"
+    )]
+    SheetInFace {
+        /// Name of the sheet.
+        sheet: String,
+        /// Name of the surface with the face.
+        surface: String,
+        /// Distance above which they are told apart, mm.
+        apart_mm: f64,
+    },
     /// A rectangle lies where a source emits.
     #[error(
         "receiver '{receiver}': expected a rectangle more than {apart_mm:.1e} mm off all that \

@@ -41,28 +41,33 @@ impl Face {
 
     /// The middle of the area that the face shares with a polygon in its plane, if there is one.
     pub fn shared(&self, polygon: &[DVec3]) -> Option<DVec3> {
-        let corners = self.corners.as_ref()?;
-        let middle = corners.iter().sum::<DVec3>() / corners.len() as f64;
-        let mut left = polygon.to_vec();
-        for (k, corner) in corners.iter().enumerate() {
-            let inward = self.normal.cross(corners[(k + 1) % corners.len()] - *corner);
-            let inward = inward * inward.dot(middle - *corner).signum();
-            let depth = |p: DVec3| inward.dot(p - *corner);
-            let before = std::mem::take(&mut left);
-            for (number, &p) in before.iter().enumerate() {
-                let next = before[(number + 1) % before.len()];
-                let (a, b) = (depth(p), depth(next));
-                if a >= 0.0 {
-                    left.push(p);
-                }
-                if (a >= 0.0) != (b >= 0.0) {
-                    left.push(p + (next - p) * (a / (a - b)));
-                }
-            }
-        }
+        let left = shared_polygon(polygon, self.corners.as_ref()?, self.normal);
         let middle = left.iter().sum::<DVec3>() / left.len().max(1) as f64;
         (left.len() > 2).then_some(middle)
     }
+}
+
+/// The part of a polygon within another one of its plane, whose normal is `normal`; both are convex.
+pub(crate) fn shared_polygon(polygon: &[DVec3], within: &[DVec3], normal: DVec3) -> Vec<DVec3> {
+    let middle = within.iter().sum::<DVec3>() / within.len() as f64;
+    let mut left = polygon.to_vec();
+    for (k, corner) in within.iter().enumerate() {
+        let inward = normal.cross(within[(k + 1) % within.len()] - *corner);
+        let inward = inward * inward.dot(middle - *corner).signum();
+        let depth = |p: DVec3| inward.dot(p - *corner);
+        let before = std::mem::take(&mut left);
+        for (number, &p) in before.iter().enumerate() {
+            let next = before[(number + 1) % before.len()];
+            let (a, b) = (depth(p), depth(next));
+            if a >= 0.0 {
+                left.push(p);
+            }
+            if (a >= 0.0) != (b >= 0.0) {
+                left.push(p + (next - p) * (a / (a - b)));
+            }
+        }
+    }
+    left
 }
 
 impl Shape {

@@ -3,7 +3,11 @@
 
 use glam::DVec3;
 
+use super::faces::shared_polygon;
 use super::{Bounds, Cuboid, Frustum, Shape};
+
+/// Corners of the polygon that stands for a circle.
+const CORNERS: usize = 96;
 
 /// A flat face.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +25,61 @@ pub(crate) enum Facet {
         /// Radius, mm.
         outer: f64,
     },
+}
+
+impl Facet {
+    /// Its outer edge, circles by chords.
+    fn polygon(&self) -> Vec<DVec3> {
+        match self {
+            Self::Polygon(corners) => corners.clone(),
+            Self::Ring { centre, normal, outer, .. } => {
+                let (u, v) = normal.any_orthonormal_pair();
+                let corner = |k: usize| {
+                    let (sin, cos) = (std::f64::consts::TAU * k as f64 / CORNERS as f64).sin_cos();
+                    *centre + (u * cos + v * sin) * *outer
+                };
+                (0..CORNERS).map(corner).collect()
+            }
+        }
+    }
+
+    /// The same, moved.
+    pub fn moved(mut self, by: DVec3) -> Self {
+        match &mut self {
+            Self::Polygon(corners) => corners.iter_mut().for_each(|corner| *corner += by),
+            Self::Ring { centre, .. } => *centre += by,
+        }
+        self
+    }
+
+    /// The hole in its middle holds all of a polygon in its plane.
+    fn leaves_out(&self, polygon: &[DVec3]) -> bool {
+        match self {
+            Self::Polygon(_) => false,
+            Self::Ring { centre, inner, .. } => {
+                polygon.iter().all(|corner| corner.distance(*centre) <= *inner)
+            }
+        }
+    }
+
+    /// True if both lie in one plane, to `within` (mm), and share more than an edge.
+    pub fn shares(&self, other: &Self, within: f64) -> bool {
+        let [own, others] = [self.polygon(), other.polygon()];
+        let normal = match self {
+            Self::Polygon(_) => (own[1] - own[0]).cross(own[2] - own[0]).normalize_or_zero(),
+            Self::Ring { normal, .. } => *normal,
+        };
+        if others.iter().any(|corner| (*corner - own[0]).dot(normal).abs() > within) {
+            return false;
+        }
+        let shared = shared_polygon(&own, &others, normal);
+        let size = Bounds::of_points(shared.iter().copied()).size().length();
+        let doubled = (2..shared.len())
+            .map(|k| (shared[k - 1] - shared[0]).cross(shared[k] - shared[0]).dot(normal));
+        doubled.sum::<f64>().abs() > 2.0 * within * size
+            && !self.leaves_out(&shared)
+            && !other.leaves_out(&shared)
+    }
 }
 
 /// A rectangle across an axis, compared with the facets in its plane.
@@ -221,6 +280,33 @@ mod tests {
             outer: 1.0,
         };
         assert!(!WINDOW.overlaps(&tilted));
+    }
+
+    #[test]
+    fn facets_in_one_plane_share_area_or_none() {
+        let square = |x: f64, z: f64, half: f64| {
+            let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+            Facet::Polygon(corners.map(|(u, v)| DVec3::new(x + u * half, v * half, z)).to_vec())
+        };
+        let ring = |x: f64, inner: f64, outer: f64| Facet::Ring {
+            centre: DVec3::X * x,
+            normal: DVec3::Z,
+            inner,
+            outer,
+        };
+        for (a, b, shared) in [
+            (square(0.0, 0.0, 1.0), square(1.5, 0.0, 1.0), true),
+            (square(0.0, 0.0, 1.0), square(2.0, 0.0, 1.0), false),
+            (square(0.0, 0.0, 1.0), square(0.0, 1e-6, 1.0), false),
+            (square(0.0, 0.0, 1.0), square(0.0, 1e-12, 0.1), true),
+            (ring(0.0, 0.0, 1.0), square(1.9, 0.0, 1.0), true),
+            (ring(0.0, 0.0, 1.0), ring(1.9, 0.0, 1.0), true),
+            (ring(0.0, 0.0, 1.0), ring(1.5, 0.0, 0.4), false),
+            (ring(0.0, 0.9, 1.0), square(0.0, 0.0, 0.5), false),
+            (ring(0.0, 0.5, 1.0), square(0.0, 0.0, 0.5), true),
+        ] {
+            assert_eq!([a.shares(&b, 1e-9), b.shares(&a, 1e-9)], [shared; 2], "{a:?} {b:?}");
+        }
     }
 
     #[test]

@@ -339,7 +339,7 @@ impl Shape {
     }
 
     /// True if it is the closed surface of a solid.
-    pub(crate) fn closed(&self) -> bool {
+    pub fn closed(&self) -> bool {
         match self {
             Self::Cuboid(_) | Self::Mesh(_) => true,
             Self::Sphere(sphere) => sphere.whole(),

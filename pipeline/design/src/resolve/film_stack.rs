@@ -4,12 +4,14 @@
 
 use std::path::Path;
 
+use metrics::digits::shortest;
+
 use super::form::SolidTable;
 use super::solids::resolve_one;
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::Design;
-use crate::resolved::solids::CheckedSolid;
+use crate::resolved::solids::{CheckedSolid, LEAST_MM};
 use crate::schema::Carrying;
 use crate::schema::film_stack::Film;
 use crate::schema::solids::{Flat, Per, Solid, SolidForm, SolidKeys, SolidScatter};
@@ -59,12 +61,22 @@ fn lower_face_mm(
     below_mm: Option<f64>,
     read: &SolidTable,
 ) -> Result<f64, ConfigError> {
+    // Without the rounding of sums.
+    let is_thin = |gap_mm: f64| gap_mm < LEAST_MM * (1.0 - 1e-6);
+    let thin = "light passes a thinner gap as if it were none; one film of both has none";
     match (film.z_mm, film.gap_mm, below_mm) {
-        (Some(z_mm), None, Some(top_mm)) if z_mm <= top_mm => {
-            let expected = format!("above {top_mm} mm, where the film below ends");
+        (Some(z_mm), None, below_mm) if is_thin(z_mm - below_mm.unwrap_or(0.0)) => {
+            let below = below_mm.map_or("the bottom".to_owned(), |top_mm| {
+                format!("{} mm, where the film below ends", shortest(top_mm))
+            });
+            let expected = format!("at least {} mm above {below}: {thin}", shortest(LEAST_MM));
             Err(read.at.value(&read.key("z_mm"), z_mm, &expected))
         }
         (Some(z_mm), None, _) => read.length("z_mm", z_mm),
+        (None, Some(gap_mm), Some(_)) if is_thin(gap_mm) => {
+            let expected = format!("at least {} mm: {thin}", shortest(LEAST_MM));
+            Err(read.at.value(&read.key("gap_mm"), gap_mm, &expected))
+        }
         (None, gap_mm, Some(top_mm)) => {
             Ok(top_mm + read.length("gap_mm", gap_mm.unwrap_or(GAP_MM))?)
         }

@@ -13,7 +13,6 @@ use tracer::SurfaceModel;
 use files::formats::scattering::{self, Scattering};
 use files::provenance::FileRecord;
 use metrics::digits::shortest;
-use metrics::illuminance::Symmetry;
 
 use super::form::{self, SolidTable};
 use super::{grooves, package, polariser};
@@ -21,7 +20,9 @@ use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::films::Stack;
 use crate::resolved::form::Form;
-use crate::resolved::solids::{BOX_FACES, CheckedSolid, CheckedSurface, MAX_SOLIDS, SolidOptics};
+use crate::resolved::solids::{
+    BOX_FACES, CheckedSolid, CheckedSurface, LEAST_MM, MAX_SOLIDS, SolidOptics,
+};
 use crate::schema::reflectors::Law;
 use crate::schema::solids::{
     Contacts, GaussianShares, ReflectorFile, ScatterLaw, Solid, SolidScatter,
@@ -175,8 +176,16 @@ pub(super) fn resolve_one(
     let keys = &solid.shared;
     let medium = keys.medium.as_ref();
     let medium = medium.map(|raw| package::medium(&key("medium"), raw, wavelength_nm, folder, at));
+    let thickness_mm = form.shape_at_home().map_or(0.0, |bounds| bounds.size().min_element());
+    if medium.is_some() && thickness_mm < LEAST_MM {
+        let expected = format!(
+            "at least {} mm along each axis of a body that light enters: thinner layers stand in \
+             `coating`",
+            shortest(LEAST_MM)
+        );
+        return Err(at.value(&key("medium"), format!("in {thickness_mm:e} mm"), &expected));
+    }
     let mut stack = Stack::new(table, &keys.coating, folder, at)?;
-    let mut turns = true;
     let optics = match (&keys.scatter, &keys.surface) {
         (Some(scatter), _) => match &scatter.kind {
             ScatterLaw::Prisms(_) | ScatterLaw::Grooves(_) | ScatterLaw::Polariser(_) => {
@@ -190,11 +199,10 @@ pub(super) fn resolve_one(
         (None, Some(surface)) => match surface.kind.law() {
             Err(ReflectorFile { file, between }) => {
                 let opened = scattering::open(file, folder, &mut files);
-                let (table, isotropic) = opened
+                let (table, is_isotropic) = opened
                     .and_then(|content| scattering::reflector(&content, file, *between))
                     .map_err(|error| at.of_files(&error.context(key("surface.file"))))?;
-                turns = isotropic;
-                SolidOptics::File(SurfaceModel::Coating(table))
+                SolidOptics::File { reflector: SurfaceModel::Coating(table), is_isotropic }
             }
             Ok(law) => {
                 if let Law::Specular(metal) = &law {
@@ -214,7 +222,7 @@ pub(super) fn resolve_one(
             face.check(wavelength_nm, at)?;
         }
     }
-    let mut symmetry = if turns { form.symmetry(&solid.kind) } else { Symmetry::None };
+    let mut symmetry = form.symmetry(&solid.kind);
     for optics in [&optics].into_iter().chain(face_optics.iter().flatten()) {
         symmetry = symmetry.min(optics.symmetry());
     }

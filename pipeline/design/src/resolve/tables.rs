@@ -5,6 +5,7 @@
 use rcwa::Truncation;
 
 use geometry::{BaseSurface, Cell, GeometryError, Meridian, ring_cell};
+use metrics::digits::shortest;
 
 use super::elements;
 use crate::check::Context;
@@ -15,6 +16,9 @@ use crate::schema::{Carrying, Polarization, TableContent};
 
 /// Most rings: narrower ones than a tenth of a micrometre are no relief for light.
 const MAX_RINGS: f64 = 10_000.0;
+
+/// Orders beyond which a ring is too wide for a table that is refused.
+const FEW_ORDERS: f64 = 10.0;
 
 /// Checks `[hybrid]` of a design with relief on `base`.
 pub(crate) fn check(
@@ -90,21 +94,33 @@ fn grids(design: &Design, cells: &[Cell], at: &Context) -> Result<(), ConfigErro
     let by_period = |a: &&Cell, b: &&Cell| a.period_um.total_cmp(&b.period_um);
     let ends = [cells.iter().max_by(by_period), cells.iter().min_by(by_period)];
     for cell in ends.into_iter().flatten() {
-        let refuse =
-            |expected: String| at.value(design.light_key(), design.wavelength_nm, &expected);
         // The search for orders begins a little above what propagates.
         let highest = propagating(design, cell);
         let most = (Truncation::MAX as f64 - 5.0) / (1.0 + 1.0 / 16.0);
-        if highest > most {
-            return Err(refuse(format!(
-                "a wavelength at which at most {most:.0} orders propagate on either side at ring {}, \
-                 not {highest}",
-                cell.ring
-            )));
+        let valid = grid(design, cell, USUAL_KY).validate();
+        let wide = match &valid {
+            _ if highest > most => format!("at most {most:.0} orders"),
+            Err(bsdf::Error::Grid(error)) if highest > FEW_ORDERS => {
+                format!("fewer orders for a table ({error})")
+            }
+            _ => String::new(),
+        };
+        if !wide.is_empty() {
+            let expected = format!(
+                "rings narrow enough for waves: {wide} on either side at {} = {}, not {highest} at \
+                 ring {}, {} µm wide",
+                design.light_key(),
+                design.wavelength_nm,
+                cell.ring,
+                shortest(cell.period_um)
+            );
+            let width = design.hybrid.element_width_um;
+            return Err(at.value("hybrid.element_width_um", width, &expected));
         }
-        let grid = grid(design, cell, USUAL_KY);
-        grid.validate().map_err(|error| {
-            refuse(format!("a wavelength for which ring {} has a table ({error})", cell.ring))
+        valid.map_err(|error| {
+            let expected =
+                format!("a wavelength for which ring {} has a table ({error})", cell.ring);
+            at.value(design.light_key(), design.wavelength_nm, &expected)
         })?;
     }
     Ok(())

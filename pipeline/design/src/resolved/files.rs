@@ -120,7 +120,7 @@ impl Files {
 }
 
 /// The symmetries of a far field, to a millionth of its peak.
-fn symmetry_of(table: &Distribution) -> Symmetry {
+pub fn symmetry_of(table: &Distribution) -> Symmetry {
     let (thetas, phis) = (table.thetas_deg(), table.phis_deg());
     let at = |theta: f64, phi: f64| {
         let (sin, cos) = theta.to_radians().sin_cos();

@@ -62,6 +62,23 @@ impl Form {
         Shape::placed(self.pieces.clone(), self.closing, &placement)
     }
 
+    /// True of a level sheet on the bottom.
+    pub fn is_on_bottom(&self) -> bool {
+        let bounds = self.shape(0.0).map(|shape| shape.bounds());
+        self.closing == Closing::Open
+            && bounds.is_ok_and(|Bounds { low, high }| {
+                low.z.abs().max(high.z) <= LEVEL * (high - low).max_element()
+            })
+    }
+
+    /// The same form, higher by `lift_mm`.
+    #[must_use]
+    pub fn lifted(&self, lift_mm: f64) -> Self {
+        let mut lifted = self.clone();
+        lifted.placement.origin.z += lift_mm;
+        lifted
+    }
+
     /// The flat face with which it stands on the bottom: that of a box with one axis upright, or of
     /// an upright body of revolution. `None` for all others, and for what ends above the bottom.
     pub fn footprint(&self) -> Option<Footprint> {
@@ -108,7 +125,7 @@ impl Form {
     }
 
     /// The box around its pieces in their own coordinates.
-    fn shape_at_home(&self) -> Option<Bounds> {
+    pub(crate) fn shape_at_home(&self) -> Option<Bounds> {
         let home = Shape::placed(self.pieces.clone(), self.closing, &Placement::at(DVec3::ZERO));
         Some(home.ok()?.bounds())
     }

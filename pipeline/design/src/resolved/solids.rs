@@ -13,6 +13,7 @@ use tracer::{Region, Shape, SurfaceModel};
 
 use files::formats::scattering::Scattering;
 use files::provenance::FileRecord;
+use metrics::digits::shortest;
 use metrics::illuminance::Symmetry;
 
 use super::films::{Coats, Stack};
@@ -32,6 +33,10 @@ pub(crate) const BOX_FACES: [(&str, usize); 2] = [("top", 1), ("bottom", 2)];
 /// Most solids and films: the tracer counts media of a body in eight bits, those of packages and those of the
 /// array together.
 pub const MAX_SOLIDS: usize = 100;
+
+/// Least width of a gap and thickness of what light enters, mm: below it there is no way through by
+/// rays, and no reflection at the faces of its own.
+pub const LEAST_MM: f64 = 1e-4;
 
 /// A solid or a sheet of a checked design.
 #[derive(Debug, Clone, Serialize)]
@@ -93,7 +98,12 @@ pub(crate) enum SolidOptics {
     /// A polarising sheet.
     Polarising(PolarisingFace),
     /// A reflector by a file.
-    File(SurfaceModel),
+    File {
+        /// What light meets.
+        reflector: SurfaceModel,
+        /// True if it looks the same from all azimuths.
+        is_isotropic: bool,
+    },
     /// A law of reflection; with the metal under it where it is of metal.
     Law(Reflector),
 }
@@ -136,6 +146,7 @@ impl SolidOptics {
                 }
             }
             Self::Scattering(table) if !table.is_isotropic() => Symmetry::None,
+            Self::File { is_isotropic: false, .. } => Symmetry::None,
             _ => Symmetry::Square,
         }
     }
@@ -221,6 +232,33 @@ impl CheckedSolid {
         })
     }
 
+    /// Keys of what its faces do that planes across x or y do not mirror on itself, and what stands
+    /// there.
+    pub fn oriented(&self) -> Vec<(String, String)> {
+        let surface = &self.surface;
+        let is_scatter = self.stated.shared.scatter.is_some();
+        let own = (if is_scatter { "scatter" } else { "surface" }, &surface.optics);
+        let names = BOX_FACES.into_iter().map(|(name, _)| name);
+        let faces = names.zip(&surface.faces);
+        let faces = faces.filter_map(|(name, optics)| Some((name, optics.as_ref()?)));
+        let oriented = [own].into_iter().chain(faces);
+        let oriented = oriented.filter(|(_, optics)| optics.symmetry() == Symmetry::None);
+        let key = |(name, optics): (&str, &SolidOptics)| {
+            let (key, got) = match optics {
+                SolidOptics::Grooved(face) if face.is_symmetric => {
+                    ("direction_deg", shortest(face.direction_deg))
+                }
+                SolidOptics::Grooved(_) => ("profile_um", "one that is not symmetric".to_owned()),
+                SolidOptics::Polarising(PolarisingFace::Axes { axis_deg, .. }) => {
+                    ("axis_deg", shortest(*axis_deg))
+                }
+                _ => ("file", "one that is not isotropic".to_owned()),
+            };
+            (format!("{}.{name}.{key}", self.table), got)
+        };
+        oriented.map(key).collect()
+    }
+
     /// True if tables of files that are made for one pair of indices say what light meets on it.
     pub fn scatters(&self) -> bool {
         let faces = self.surface.faces.iter().flatten();
@@ -279,7 +317,7 @@ impl CheckedSolid {
             SolidOptics::Diffusing { reflection, transmission } => {
                 SurfaceModel::Scatter(Arc::new(Diffuser::new(*reflection, *transmission, indices)?))
             }
-            SolidOptics::File(reflector) => reflector.clone(),
+            SolidOptics::File { reflector, .. } => reflector.clone(),
             SolidOptics::Law(reflector) => {
                 let metal = self.coats.mirror(wavelength_nm, reflector.reflectance())?;
                 metal.unwrap_or_else(|| reflector.optics())

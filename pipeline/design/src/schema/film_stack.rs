@@ -14,12 +14,12 @@ use crate::serde_arrays::List;
 pub struct Film {
     /// Name in the ledger and in receivers, as `solids.name`.
     pub name: String,
-    /// Height of its lower face, mm; 1e-6 to 10 000. This of the lowest film; of others this or
-    /// `gap_mm`.
+    /// Height of its lower face, mm; to 10 000, at least 1e-4 above what lies below. This of the
+    /// lowest film; of others this or `gap_mm`.
     pub z_mm: Option<f64>,
-    /// Air between it and the film below, mm; 1e-6 to 10 000; default 0.01.
+    /// Air between it and the film below, mm; 1e-4 to 10 000; default 0.01.
     pub gap_mm: Option<f64>,
-    /// Thickness without grooves, mm; 1e-6 to 10 000.
+    /// Thickness without grooves, mm; 1e-4 to 10 000.
     pub thickness_mm: f64,
     /// Lengths along x and y, about the middle of the array, mm; 1e-6 to 10 000. Default what the
     /// walls of the housing leave; without walls the cells of the array.

@@ -21,7 +21,7 @@ pub struct Light {
     /// `"photometric"`.
     pub weighting: Option<Weighting>,
     /// Step of the wavelengths at which light is traced where a medium converts it, nm; 0.5 to 50,
-    /// default 5.
+    /// default 5; one that leaves at most 256 wavelengths.
     pub step_nm: Option<f64>,
     /// Polarisation of the light on its way; default `"unpolarised"`.
     #[serde(default, skip_serializing_if = "is_default", alias = "polarisation")]

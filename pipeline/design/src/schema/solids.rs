@@ -335,11 +335,11 @@ impl Prisms {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Grooves {
-    /// One period of the face, points (x, z), µm, z away from the film; the last at the height of
-    /// the first.
+    /// One period of the face, points (x, z), µm: z away from the film, x to the left of
+    /// `direction_deg` seen from above, on either face, along +y for 0; the last at the height of the
+    /// first.
     pub profile_um: Vec<List<f64, 2>>,
-    /// Direction of the grooves, from the x axis, degrees; -360 to 360; default 0. The profile runs
-    /// along this direction turned by 90°.
+    /// Direction of the grooves, from the x axis, degrees; -360 to 360; default 0.
     pub direction_deg: Option<f64>,
 }
 

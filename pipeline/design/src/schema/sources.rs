@@ -60,8 +60,8 @@ pub struct IsotropicSource {
     /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium of
     /// `inside` alone.
     pub position_mm: List<f64, 3>,
-    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium. Default silicone where there
-    /// is a dome, else air.
+    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium; one with `per = "array"` where
+    /// all packages stand in it. Default silicone where there is a dome, else air.
     pub inside: Option<String>,
 }
 
@@ -72,8 +72,8 @@ pub struct CosineSource {
     /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium of
     /// `inside` alone.
     pub position_mm: List<f64, 3>,
-    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium. Default silicone where there
-    /// is a dome, else air.
+    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium; one with `per = "array"` where
+    /// all packages stand in it. Default silicone where there is a dome, else air.
     pub inside: Option<String>,
     /// Direction that it faces, of any length; default [0, 0, 1].
     pub normal: Option<List<f64, 3>>,
@@ -88,8 +88,8 @@ pub struct RectangleSource {
     /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium of
     /// `inside` alone.
     pub position_mm: List<f64, 3>,
-    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium. Default silicone where there
-    /// is a dome, else air.
+    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium; one with `per = "array"` where
+    /// all packages stand in it. Default silicone where there is a dome, else air.
     pub inside: Option<String>,
     /// Direction that it faces, of any length; default [0, 0, 1].
     pub normal: Option<List<f64, 3>>,
@@ -113,8 +113,8 @@ pub struct SourceOfFile {
     /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium of
     /// `inside` alone.
     pub position_mm: List<f64, 3>,
-    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium. Default silicone where there
-    /// is a dome, else air.
+    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium; one with `per = "array"` where
+    /// all packages stand in it. Default silicone where there is a dome, else air.
     pub inside: Option<String>,
     /// File, relative to the design file; axis and azimuths are those of the package unless it is
     /// turned.

@@ -5,6 +5,7 @@
 //! LED's box.
 
 use tracer::glam::DVec3;
+use tracer::package::SILICONE;
 use tracer::shape::{Reach, Sides};
 use tracer::{Prototype, Ray, Region, Shape, Surface, random};
 
@@ -19,6 +20,8 @@ const MAJORITY: f64 = 0.98;
 pub(super) struct NestedObject {
     pub shape: Shape,
     pub sheet: bool,
+    /// True of a sheet that lies on the bottom, and of a solid in optical contact with it.
+    pub on_bottom: bool,
     /// Region within it.
     pub inner: Region,
 }
@@ -53,8 +56,13 @@ impl Nesting {
     /// Finds the places of `objects` within each other and within the body.
     pub fn new(objects: &[NestedObject], body: &Prototype) -> Result<Self, NestingError> {
         let points: Vec<ProbePoints> = objects.iter().map(ProbePoints::from_object).collect();
+        // A sheet on the bottom lies below the gap of the solids that stand there.
+        let may_hold = |holder: usize, held: usize| {
+            let is_below = objects[held].sheet && objects[held].on_bottom;
+            holder != held && !objects[holder].sheet && (!is_below || objects[holder].on_bottom)
+        };
         let holds = |holder: usize, held: usize| {
-            holder != held && !objects[holder].sheet && points[held].are_in(&objects[holder].shape)
+            may_hold(holder, held) && points[held].are_in(&objects[holder].shape)
         };
         let holders: Vec<Vec<usize>> = (0..objects.len())
             .map(|held| (0..objects.len()).filter(|h| holds(*h, held)).collect())
@@ -70,6 +78,24 @@ impl Nesting {
             }
         }
         for (object, of) in points.iter().enumerate() {
+            let is_below = objects[object].sheet && objects[object].on_bottom;
+            let is_cut_by = |other: &usize| {
+                may_hold(*other, object)
+                    && !holders[object].contains(other)
+                    && of.points.iter().any(|point| objects[*other].shape.holds(*point))
+            };
+            if let Some(other) = (0..objects.len()).find(|other| is_below && is_cut_by(other)) {
+                return Err(NestingError {
+                    object,
+                    with: Some(other),
+                    expected: "a sheet wholly within or wholly beside the foot of",
+                });
+            }
+            let wet = of.points.iter().filter(|point| body.region_at(**point) == SILICONE).count();
+            if is_below && wet > 0 && !of.lie_in_silicone(body) {
+                let expected = "a sheet wholly within or wholly beside the dome";
+                return Err(NestingError { object, with: None, expected });
+            }
             of.clear_of(body).map_err(|expected| NestingError { object, with: None, expected })?;
         }
         let in_dome: Vec<bool> = points.iter().map(|of| of.lie_in_silicone(body)).collect();
@@ -90,7 +116,7 @@ impl Nesting {
                 Some(object) if !domed || depth_of(object) > about_dome.len() => {
                     (objects[object].inner, Some(object))
                 }
-                _ if domed => (tracer::package::SILICONE, None),
+                _ if domed => (SILICONE, None),
                 _ => (Region::World, None),
             }
         };
@@ -132,7 +158,7 @@ impl Nesting {
 
 /// True if a surface is one between silicone and air.
 fn is_skin(surface: &Surface) -> bool {
-    surface.inner == tracer::package::SILICONE && surface.outer == Region::World
+    surface.inner == SILICONE && surface.outer == Region::World
 }
 
 /// True if a surface is that of the LED's box.
@@ -199,7 +225,7 @@ pub(super) fn around(body: &Prototype) -> Vec<DVec3> {
 /// Points just within a solid, or on both sides of a sheet.
 struct ProbePoints {
     points: Vec<DVec3>,
-    /// Of a sheet, those on the other side, in the same order.
+    /// Of a sheet, those on the other side, in the same order; none of one on the bottom.
     beyond: Vec<DVec3>,
 }
 
@@ -211,8 +237,14 @@ impl ProbePoints {
             if object.sheet {
                 for (distance, piece) in met {
                     let (at, normal) = object.shape.settle(line.at(distance), piece);
-                    points.push(at + normal * off);
-                    beyond.push(at - normal * off);
+                    let sides = [at + normal * off, at - normal * off];
+                    if object.on_bottom {
+                        // Below it lies no medium.
+                        points.extend(sides.into_iter().filter(|side| side.z > at.z));
+                    } else {
+                        points.push(sides[0]);
+                        beyond.push(sides[1]);
+                    }
                 }
                 continue;
             }
@@ -234,7 +266,7 @@ impl ProbePoints {
         // The points of an object that holds the LED's box say nothing where they lie within it.
         let seen = self.points.iter().map(|point| body.region_at(*point));
         let seen: Vec<Region> = seen.filter(|seen| *seen != Region::Opaque).collect();
-        let silicone = seen.iter().filter(|seen| **seen == tracer::package::SILICONE);
+        let silicone = seen.iter().filter(|seen| **seen == SILICONE);
         !body.media.is_empty()
             && !seen.is_empty()
             && silicone.count() as f64 >= MAJORITY * seen.len() as f64
@@ -250,7 +282,7 @@ impl ProbePoints {
         if !self.beyond.is_empty()
             && split.count() as f64 > (1.0 - MAJORITY) * self.points.len() as f64
         {
-            return Err("a sheet that does not lie in another surface: leave a gap");
+            return Err("a sheet that does not lie in another surface: leave a gap of 0.001 mm");
         }
         Ok(())
     }

@@ -128,8 +128,8 @@ fn apart(
     contact_refused(placing, solid, expected)
 }
 
-/// Points of the surface of a closed shape with their outward normals.
-fn surface_points(shape: &Shape) -> Vec<(DVec3, DVec3)> {
+/// Points of the surface of a shape with their normals, outward of a closed one.
+pub(crate) fn surface_points(shape: &Shape) -> Vec<(DVec3, DVec3)> {
     let mut points = Vec::new();
     for (line, met) in lines(shape) {
         for (distance, piece) in met {
@@ -142,13 +142,36 @@ fn surface_points(shape: &Shape) -> Vec<(DVec3, DVec3)> {
 /// Distance of `other` from a point along the normal there, mm: 0 where it lies in `other`; `None`
 /// where nothing of it lies ahead within `reach_mm`.
 fn ahead(at: DVec3, normal: DVec3, other: &Shape, reach_mm: f64) -> Option<f64> {
-    if other.holds(at + normal * TOUCHING_MM) {
-        return Some(0.0);
-    }
     let ray = Ray { origin: at, direction: normal };
-    let reach = Reach { from: 0.0, to: reach_mm };
-    let hit = other.intersect(&ray, reach, Sides::Outer)?;
-    Some(hit.distance)
+    let first = |to: f64| other.intersect(&ray, Reach { from: 0.0, to }, Sides::Outer);
+    if other.holds(at + normal * TOUCHING_MM) {
+        return Some(first(TOUCHING_MM).map_or(0.0, |hit| hit.distance));
+    }
+    first(reach_mm).map(|hit| hit.distance)
+}
+
+/// Least distance along a normal of `one` from `other` within `reach_mm`, if more than a few points
+/// of its surface are so near.
+pub(super) fn beside(one: &Shape, other: &Shape, reach_mm: f64) -> Option<f64> {
+    if !one.bounds().padded(reach_mm).overlaps(&other.bounds()) {
+        return None;
+    }
+    let points = surface_points(one);
+    // A sheet has two sides.
+    let sides: &[f64] = if one.closed() { &[1.0] } else { &[1.0, -1.0] };
+    let near = points.iter().flat_map(|(at, normal)| {
+        sides.iter().filter_map(|side| ahead(*at, *normal * *side, other, reach_mm))
+    });
+    let near: Vec<f64> = near.collect();
+    let is_many = near.len() as f64 > BESIDE * points.len() as f64;
+    near.into_iter().min_by(f64::total_cmp).filter(|_| is_many)
+}
+
+/// The same from the one to the other or back.
+pub(super) fn gap(one: &Shape, other: &Shape, reach_mm: f64) -> Option<f64> {
+    let back = || other.closed().then(|| beside(other, one, reach_mm)).flatten();
+    let both = [beside(one, other, reach_mm), back()];
+    both.into_iter().flatten().min_by(f64::total_cmp)
 }
 
 /// Least distance along a normal between the surfaces of two shapes, mm.
@@ -169,29 +192,17 @@ pub(super) struct NarrowGap {
     pub outer: Region,
 }
 
-/// Gaps narrower than [`NARROW_MM`] between solids, one of which light enters, and between them and
-/// the LED's box.
+/// Gaps narrower than `reach_mm` between solids, one of which light enters, and between them and the
+/// LED's box.
 pub(super) fn narrow_gaps(
     own: &[&CheckedSolid],
     objects: &[NestedObject],
     nest: &Nesting,
     joined: &Displacement,
     body: &Prototype,
+    reach_mm: f64,
 ) -> Vec<NarrowGap> {
     let mut gaps = Vec::new();
-    let beside = |one: &Shape, other: &Shape| {
-        let points = surface_points(one);
-        let near = points.iter().filter_map(|(at, n)| ahead(*at, *n, other, NARROW_MM));
-        let near: Vec<f64> = near.collect();
-        let enough = near.len() as f64 > BESIDE * points.len() as f64;
-        near.into_iter().min_by(f64::total_cmp).filter(|_| enough)
-    };
-    let between = |one: &Shape, other: &Shape| {
-        let apart = one.bounds().padded(NARROW_MM);
-        let both =
-            apart.overlaps(&other.bounds()).then(|| [beside(one, other), beside(other, one)]);
-        both.into_iter().flatten().flatten().min_by(f64::total_cmp)
-    };
     let entered = |k: usize| own[k].medium.is_some();
     for k in 0..own.len() {
         if objects[k].sheet {
@@ -206,14 +217,14 @@ pub(super) fn narrow_gaps(
             if nested || is_stated || !seen || objects[other].sheet || joined.join(k, other) {
                 continue;
             }
-            if let Some(width_mm) = between(&objects[k].shape, &objects[other].shape) {
+            if let Some(width_mm) = gap(&objects[k].shape, &objects[other].shape, reach_mm) {
                 let names = [other, k].map(|k| own[k].name().to_owned());
                 gaps.push(NarrowGap { names, width_mm, outer });
             }
         }
         let boxes = body.surfaces.iter().filter(|s| super::nesting::is_box(s));
         for led in boxes.filter(|_| entered(k) && nest.about_box == outer) {
-            if let Some(width_mm) = between(&objects[k].shape, &led.shape) {
+            if let Some(width_mm) = gap(&objects[k].shape, &led.shape, reach_mm) {
                 let names = ["the LED".to_owned(), own[k].name().to_owned()];
                 gaps.push(NarrowGap { names, width_mm, outer });
             }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Checks of a compiled scene: no overlaps, no cuts, and every source in the medium it names.
 
+mod coplanar_sheets;
 mod crossing;
 mod gjk;
 mod overlap;
@@ -40,6 +41,7 @@ pub(super) fn check(scene: &Scene, containments: Containments) -> Result<(), Err
     check_array_solids(scene, &containments)?;
     // Reported after crossings, which describe the cause better.
     containments.straddles.map_or(Ok(()), Err)?;
+    coplanar_sheets::check(scene)?;
     source_regions::check(scene)
 }
 

@@ -30,6 +30,9 @@ const BESIDE: f64 = 1e-6;
 const INTO: f64 = 1e-9;
 /// Distance of test directions from the edge of the cone, rad: a ray along a face decides nothing.
 const DRAWN_IN: f64 = 1e-3;
+/// Distance from a sheet within which an emitter lies in it, in offsets of a ray's start: a ten
+/// millionth of the scene.
+const SHEET: f64 = 1e5;
 /// Most instances that are all compared with every source of the world.
 const NEIGHBOURS: usize = 1000;
 
@@ -115,6 +118,11 @@ fn tolerance(scene: &Scene) -> f64 {
     4.0 * scene.offset()
 }
 
+/// Distance within which an emitter lies in a sheet: sheets on the ground are lifted off it.
+fn near(scene: &Scene) -> f64 {
+    SHEET * scene.offset()
+}
+
 /// Judges a source against the flat faces around it.
 pub(super) fn check(scene: &Scene, placed: &PlacedSource) -> Result<(), Misplacement> {
     let Some(cone) = Cone::from_source(&placed.source) else {
@@ -155,7 +163,7 @@ struct Judged<'a> {
 impl Judged<'_> {
     /// Judges it against a body at `at`: the one in which it lies (`own`) or another one.
     fn beside(&self, body: &Body, at: DVec3, own: bool) -> Result<(), Misplacement> {
-        let around = around(self.scene, &self.placed.source).moved(-at);
+        let around = around(self.scene, &self.placed.source).moved(-at).padded(near(self.scene));
         for surface in &body.surfaces {
             if surface.shape.bounds().overlaps(&around) {
                 for face in surface.shape.faces() {
@@ -182,8 +190,10 @@ impl Judged<'_> {
         let heights = corners.iter().map(|corner| height(*corner));
         let (low, high) = heights
             .fold((f64::INFINITY, f64::NEG_INFINITY), |all, one| (all.0.min(one), all.1.max(one)));
-        if low.abs().max(high.abs()) <= tolerance(self.scene) {
-            return self.within(surface, face, &corners, own);
+        let is_sheet = surface.regions[0] == surface.regions[1];
+        let reach = if is_sheet { near(self.scene) } else { tolerance(self.scene) };
+        if low.abs().max(high.abs()) <= reach {
+            return self.within(surface, face, (&corners, reach), own);
         }
         if low > -tolerance(self.scene) || high < tolerance(self.scene) {
             return Ok(());
@@ -222,12 +232,13 @@ impl Judged<'_> {
         Ok(())
     }
 
-    /// Judges it in the plane of a face: it may not emit into the area that it shares with it.
+    /// Judges it in the plane of a face, to `reach`: it may not emit into the area that it shares with
+    /// it.
     fn within(
         &self,
         surface: &CompiledSurface,
         face: &Face,
-        corners: &[DVec3],
+        (corners, reach): (&[DVec3], f64),
         own: bool,
     ) -> Result<(), Misplacement> {
         let claimed = self.placed.source.region;
@@ -240,7 +251,7 @@ impl Judged<'_> {
             }
             let pulled = corners.iter().map(|c| *c + (middle - *c) * BESIDE);
             let mut points = pulled.chain([middle]).chain(face.shared(corners));
-            let slack = 4.0 * tolerance(self.scene);
+            let slack = 4.0 * reach;
             let patch = points.find_map(|point| {
                 let ray = Ray { origin: point + face.normal * slack, direction: -face.normal };
                 let reach = Reach { from: 0.0, to: 2.0 * slack };
