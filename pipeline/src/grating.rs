@@ -9,7 +9,8 @@
 mod jones;
 
 use anyhow::{Result, bail, ensure};
-use rcwa::accuracy::{self, Found, MAX_TOLERANCE, Waves, converge_waves, settle_slices};
+use rcwa::accuracy::{self, Found, NOTHING_KNOWN, Waves, converge_waves, settle_slices, unsettled};
+use rcwa::error::kept_orders;
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::jones::Matrix;
 use rcwa::relief::{Layer, extrapolate};
@@ -25,8 +26,8 @@ use crate::grating_case::{Accuracy, Case, Polarization, Structure};
 /// part of the error of the orders.
 const SLICE_TOLERANCE: f64 = 1e-6;
 const SLICE_PART: f64 = 0.01;
-/// Stated error above which results with given orders say nothing.
-const UNSETTLED: f64 = 0.5;
+/// That part where walls cannot be followed: their stairs and orders converge alike.
+const SLICE_PART_OF_STAIRS: f64 = 0.1;
 /// Orders on either side that may propagate; beyond, directions merge.
 const MAX_PROPAGATING: usize = 1_000_000;
 
@@ -239,13 +240,13 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
         highest_order: highest,
         first: None,
     };
+    let slice_part = if structure.is_of_stairs() { SLICE_PART_OF_STAIRS } else { SLICE_PART };
     let found = match case.accuracy {
         Accuracy::Orders(n) => {
             // Both polarisations decide the slices, so that s, p and unpolarised light are solved
             // on one structure. Errors are those of the case's polarisation.
             let either = |[s, p]: &Answer, [t, q]: &Answer| change(s, t).max(change(p, q));
-            let aims = (SLICE_TOLERANCE, SLICE_PART);
-            settle_slices(structure, &waves, n, aims, &either)?
+            settle_slices(structure, &waves, n, (SLICE_TOLERANCE, slice_part), &either)?
         }
         Accuracy::Tolerance(tolerance) => {
             ensure!(
@@ -259,11 +260,10 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
     let at = &found.resolution;
     let slices = slices(structure, at, case.accuracy);
     let (missed, coarse_slices) = match case.accuracy {
-        Accuracy::Tolerance(tolerance) => (missed(&found, tolerance, slices), None),
-        Accuracy::Orders(_) => (None, coarse_slices(&found)),
+        Accuracy::Tolerance(tolerance) => (found.missed(tolerance, slices), None),
+        Accuracy::Orders(_) => (None, coarse_slices(&found, slice_part)),
     };
-    // Beyond the largest tolerance nothing has settled.
-    if let Some(missed) = missed.as_ref().filter(|_| found.errors.sum() > MAX_TOLERANCE) {
+    if let Some(missed) = missed.as_ref().filter(|_| found.errors.sum() >= NOTHING_KNOWN) {
         bail!("{missed}");
     }
     let matrices = || problem.jones(&runs(at)?, at.truncation);
@@ -280,32 +280,10 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
 }
 
 /// Error of the slices of given orders, where it is above the aim.
-fn coarse_slices(found: &Found<Answer>) -> Option<f64> {
+fn coarse_slices(found: &Found<Answer>, part: f64) -> Option<f64> {
     let errors = found.errors;
-    let enough = SLICE_TOLERANCE.max(SLICE_PART * errors.orders);
+    let enough = SLICE_TOLERANCE.max(part * errors.orders);
     (found.limit.is_some() && errors.slices > enough).then_some(errors.slices)
-}
-
-/// Reason why the error of a search is above `tolerance`, where it is.
-fn missed(found: &Found<Answer>, tolerance: f64, slices: usize) -> Option<String> {
-    let (errors, limit) = (found.errors, found.limit?);
-    if errors.sum() <= tolerance {
-        return None;
-    }
-    let part = |error: f64, by: String| match error {
-        0.0 => None,
-        e if e.is_infinite() => Some(format!("an unknown one by {by}")),
-        e => Some(format!("{e:.1e} by {by}")),
-    };
-    let parts = [
-        part(errors.orders, format!("orders -{m}..{m}", m = found.resolution.truncation.highest())),
-        part(errors.slices, count(slices, "slice")),
-        part(errors.together, "both together".into()),
-    ];
-    Some(format!(
-        "tolerance: {tolerance:e} was not reached within the {limit} that one case may take; reached: an error of {}",
-        parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
-    ))
 }
 
 /// Largest difference of an efficiency or of a part of it between two lists; orders that only one
@@ -350,15 +328,22 @@ impl Efficiencies {
         self.orders.iter().filter(|o| o.side == side).map(OrderEfficiency::total).sum()
     }
 
-    /// The warning of results with given orders that have not settled.
-    pub fn unsettled(&self) -> Option<String> {
-        (self.estimated_error > UNSETTLED).then(|| {
+    /// Warnings of results that are not what they were asked to be.
+    pub fn warnings(&self) -> Vec<String> {
+        let too_few = self.too_few_for.map(|highest| {
             format!(
-                "not settled: with more orders and slices an efficiency changes by about {:.1e}; these are results of orders -{m}..{m} alone",
-                self.estimated_error,
-                m = self.truncation
+                "{}, but orders up to ±{highest} propagate; the result is that of the truncated problem",
+                kept_orders(self.truncation)
             )
-        })
+        });
+        let coarse = self.coarse_slices.map(|left| {
+            format!(
+                "an error of {left:.1e} is left with {}, more than aimed at; more of them are too much work",
+                count(self.slices, "slice")
+            )
+        });
+        let unsettled = unsettled(self.estimated_error, self.truncation);
+        [too_few, self.missed.clone(), coarse, unsettled].into_iter().flatten().collect()
     }
 
     /// The JSON that `batwing grating` prints.

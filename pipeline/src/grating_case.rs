@@ -22,6 +22,7 @@ use files::bounded_text::{MAX_KEYS, bounded_text};
 use num_complex::Complex64;
 use rcwa::Truncation;
 use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};
+use rcwa::relief::floating::{Ridges, floating_words};
 use rcwa::relief::{Layer, Polygon, Relief, Segment};
 use serde_json::Value;
 
@@ -98,7 +99,7 @@ pub const USUAL_PERIODS: RangeInclusive<f64> = 0.02..=1000.0;
 
 impl Case {
     /// The warning of a period and a wavelength that are probably in different units.
-    pub fn unlike_units(&self) -> Option<String> {
+    fn unlike_units(&self) -> Option<String> {
         let ratio = self.period / self.wavelength;
         (!USUAL_PERIODS.contains(&ratio)).then(|| {
             format!(
@@ -106,6 +107,33 @@ impl Case {
                 self.period, self.wavelength
             )
         })
+    }
+
+    /// The warning of ridges of the material of a half-space that do not stand on it.
+    fn floating(&self) -> Option<String> {
+        let Structure::Relief(relief) = &self.structure else {
+            return None;
+        };
+        let polygons: Vec<_> =
+            relief.polygons().iter().map(|p| (p.index, p.points.as_slice())).collect();
+        let ridges = Ridges {
+            period: self.period,
+            depth: relief.depth(),
+            background: &relief.background(),
+            polygons: &polygons,
+            half_spaces: [&self.n_top, &self.n_bottom],
+        };
+        let (number, half_spaces) = ridges.floating()?;
+        let name = format!("index {}", polygons[number].0);
+        Some(format!(
+            "relief.polygons: {}; z points from the top to the bottom",
+            floating_words(&name, &half_spaces)
+        ))
+    }
+
+    /// Warnings of what was probably not meant.
+    pub fn doubts(&self) -> Vec<String> {
+        [self.unlike_units(), self.floating()].into_iter().flatten().collect()
     }
 
     /// Reads and checks a file.

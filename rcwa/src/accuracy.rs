@@ -18,7 +18,8 @@ mod waves;
 
 pub use hemisphere::{converge_hemisphere, hemisphere_change};
 pub use waves::{
-    ErrorParts, Found, Structure, Waves, converge_waves, first_resolution, settle_slices,
+    ErrorParts, Found, NOTHING_KNOWN, Structure, Waves, converge_waves, error_at, first_resolution,
+    settle_slices, unsettled,
 };
 
 use crate::error::Error;

@@ -237,3 +237,17 @@ pub enum Error {
     #[error(transparent)]
     Relief(#[from] ReliefError),
 }
+
+impl Error {
+    /// The resource of which a finer solution has too little, if that is the cause.
+    pub(crate) fn limit(&self) -> Option<Limit> {
+        match self {
+            Self::Rounding { .. } => Some(Limit::Digits),
+            Self::Memory { .. } => Some(Limit::Memory),
+            Self::Slices { .. } => Some(Limit::Slices),
+            Self::Work { .. } => Some(Limit::Work),
+            Self::Truncation { .. } => Some(Limit::Orders),
+            _ => None,
+        }
+    }
+}

@@ -7,7 +7,7 @@
 //! Efficiencies do not depend on the sign of ky. Without loss, reciprocity, S(-k) = Sᵀ(k), gives
 //! those at -kx too, so that lines at kx ≥ 0 are enough ([`hemisphere`](mod@crate::hemisphere)).
 
-use crate::accuracy::{Found, Structure, Waves, converge_waves};
+use crate::accuracy::{Found, Structure, Waves, converge_waves, error_at};
 use crate::error::Error;
 use crate::guard;
 use crate::hemisphere::{Interface, Resolution, clip_negative, efficiency_of_runs};
@@ -201,15 +201,45 @@ pub struct ToleranceRequest<'a> {
     pub first: Option<Resolution>,
 }
 
-/// Solves directions to a tolerance.
+/// Solves directions to a tolerance, or as well as the work allowed lets it.
 ///
 /// # Errors
-/// The errors of [`converge_waves`] and [`solve_directions`]; no convergence within the work allowed.
+/// The errors of [`converge_waves`] and [`solve_directions`].
 pub fn converge_directions(
     request: &ToleranceRequest<'_>,
     progress: &Progress<'_>,
 ) -> Result<Found<SolvedDirections>, Error> {
     let &ToleranceRequest { interface, side, directions, tolerance, .. } = request;
+    let first = request.first.clone();
+    with_waves(interface, (side, directions), first, progress, |structure, waves| {
+        converge_waves(structure, waves, tolerance, progress)
+    })
+}
+
+/// Error of directions that are solved at a resolution, as [`error_at`].
+///
+/// # Errors
+/// The errors of [`solve_directions`].
+pub fn error_of_directions(
+    interface: &Interface,
+    incident: (Side, &[Direction]),
+    at: &Resolution,
+    solved: &SolvedDirections,
+    progress: &Progress<'_>,
+) -> Result<f64, Error> {
+    with_waves(interface, incident, None, progress, |structure, waves| {
+        error_at(structure, waves, at, solved)
+    })
+}
+
+/// Gives `judge` the waves of these directions, with a resolution to begin with.
+fn with_waves<R>(
+    interface: &Interface,
+    (side, directions): (Side, &[Direction]),
+    first: Option<Resolution>,
+    progress: &Progress<'_>,
+    judge: impl FnOnce(Structure<'_>, &Waves<'_, SolvedDirections>) -> Result<R, Error>,
+) -> Result<R, Error> {
     let flat = interface.stack(&interface.relief.slice_plan(1))?;
     let solve = |at: &Resolution| {
         let stacks = &interface.stacks(at)?;
@@ -221,9 +251,9 @@ pub fn converge_directions(
         solve: &solve,
         distance: &largest_difference,
         highest_order: highest_of(&flat, &lines_of(&flat, directions, false)),
-        first: request.first.clone(),
+        first,
     };
-    converge_waves(Structure::Relief(interface), &waves, tolerance, progress)?.within(tolerance)
+    judge(Structure::Relief(interface), &waves)
 }
 
 /// Largest difference of an efficiency of any order, of its parts in s and p or of their sum.

@@ -25,6 +25,7 @@
 //! assert_eq!(layers[0].segments.len(), 3);
 //! ```
 
+pub mod floating;
 mod geometry;
 mod layer;
 pub mod shapes;

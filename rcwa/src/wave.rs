@@ -14,6 +14,11 @@ impl Side {
     /// Both, in the order used by arrays.
     pub const BOTH: [Self; 2] = [Self::Top, Self::Bottom];
 
+    /// Its name in words.
+    pub fn name(self) -> &'static str {
+        if self == Self::Top { "top" } else { "bottom" }
+    }
+
     /// Position in arrays over both half-spaces.
     pub(crate) fn number(self) -> usize {
         usize::from(self == Self::Bottom)

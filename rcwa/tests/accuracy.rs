@@ -9,7 +9,10 @@ use rcwa::accuracy::{
     Structure, Waves, converge_hemisphere, converge_waves, hemisphere_change, largest_change,
 };
 use rcwa::hemisphere::{Interface, Resolution};
-use rcwa::lines::{Direction, ToleranceRequest, converge_directions};
+use rcwa::lines::{
+    Direction, LinesRequest, SolvedDirections, ToleranceRequest, converge_directions,
+    error_of_directions, solve_directions,
+};
 use rcwa::relief::Layer;
 use rcwa::relief::shapes::{self, Materials};
 use rcwa::{Bloch, Error, Pol, Side, Stack, Truncation, no_progress};
@@ -155,6 +158,60 @@ fn silver_in_tm_states_an_error_that_bounds() {
     let (reflectance, stated, _) = layers(&stack, Pol::P, 3e-2);
     // The limit of many more orders in stretched coordinates.
     assert!((reflectance - 0.7857).abs() <= stated + 1e-3, "{reflectance}, {stated:.1e}");
+}
+
+/// A silver sinusoid of 1200 grooves per mm and 100 nm at 633 nm, as 64 chords.
+fn silver_sinusoid() -> Interface {
+    let silver = Complex64::new(0.0562, 4.2776);
+    // Ridges of the top half-space, seen from below, are ridges of a substrate.
+    let materials = Materials { ridge: silver, groove: real(1.0) };
+    let relief = shapes::sinusoid(1.0 / 1.2, 0.1, 64, materials).unwrap();
+    Interface { relief, wavelength: 0.633, n_top: silver, n_bottom: real(1.0) }
+}
+
+/// Largest departure of the orders reflected in TM at 10 degrees from those by coordinate
+/// transformation (the C method of Chandezon, converged to 1e-10).
+fn off_in_tm(solved: &SolvedDirections) -> f64 {
+    let known = [(-1, 0.278_582), (0, 0.440_264), (1, 0.268_048)];
+    let reflected = solved.orders[0].efficiencies.iter().filter(|order| order.0 == Side::Bottom);
+    let of = |(_, order, shares): &(Side, i32, [[f64; 2]; 2])| {
+        let known = known.iter().find(|known| known.0 == *order).map_or(0.0, |known| known.1);
+        (shares[1].iter().sum::<f64>() - known).abs()
+    };
+    reflected.map(of).fold(0.0, f64::max)
+}
+
+#[test]
+#[ignore = "slow: metal in TM by stairs (15 s)"]
+fn a_metal_relief_in_tm_gives_what_is_reached_with_an_error_that_bounds() {
+    let interface = silver_sinusoid();
+    let direction = Direction { kx: 10f64.to_radians().sin(), ky: 0.0, azimuth: 0.0 };
+    let (side, directions) = (Side::Bottom, [direction]);
+    let request = ToleranceRequest {
+        interface: &interface,
+        side,
+        directions: &directions,
+        tolerance: 1e-2,
+        first: None,
+    };
+    let found = converge_directions(&request, &no_progress).unwrap();
+    let (off, stated) = (off_in_tm(&found.answer), found.errors.sum());
+    println!("searched: off by {off:.2e}, stated {stated:.2e}, {:?}", found.limit);
+    assert!(off < stated && stated < 0.5, "off by {off:.1e}, stated {stated:.1e}");
+    assert!(found.missed(1e-2, 1).is_some());
+
+    for orders in [12, 20, 30] {
+        let truncation = Truncation::new(orders).unwrap();
+        let at = Resolution { truncation, plan: interface.relief.slice_plan(64) };
+        let stacks = interface.stacks(&at).unwrap();
+        let request = LinesRequest { stacks: &stacks, truncation, side, jones: false };
+        let solved = solve_directions(request, &directions, &|_| (), &no_progress).unwrap();
+        let incident = (side, directions.as_slice());
+        let stated = error_of_directions(&interface, incident, &at, &solved, &no_progress).unwrap();
+        let off = off_in_tm(&solved);
+        println!("{orders} orders: off by {off:.2e}, stated {stated:.2e}");
+        assert!(off < stated && stated < 1.0, "{orders}: off by {off:.1e}, stated {stated:.1e}");
+    }
 }
 
 /// Far below the wavelength lamellae are a film, and the orders' wavevectors leave few digits.

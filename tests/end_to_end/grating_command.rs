@@ -238,6 +238,22 @@ fn a_relief_takes_a_number_of_orders() {
     }
 }
 
+/// A glass triangle on glass with its face to the air and its tip on the glass.
+#[test]
+fn a_relief_upside_down_is_warned_of() {
+    let folder = tempdir().expect("a folder");
+    let case = |points: Value| {
+        json!({"n_top": [1, 0], "n_bottom": [1.5, 0], "period": 1.0, "wavelength": 0.633, "theta_deg": 20, "pol": "p", "N": 8,
+            "relief": {"background": [1, 0], "depth": 0.3, "polygons": [{"n": [1.5, 0], "points": points}]}})
+    };
+    let upside_down = grating(folder.path(), &case(json!([[0, 0], [1, 0], [0.5, 0.3]])));
+    for words in ["case.json", "relief.polygons", "float", "bottom half-space"] {
+        assert!(upside_down.warnings.contains(words), "`{words}` in {}", upside_down.warnings);
+    }
+    let upright = grating(folder.path(), &case(json!([[0, 0.3], [1, 0.3], [0.5, 0]])));
+    assert!(upright.warnings.is_empty(), "{}", upright.warnings);
+}
+
 #[test]
 fn an_upright_relief_is_its_layer() {
     let folder = tempdir().expect("a folder");

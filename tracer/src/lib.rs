@@ -85,7 +85,7 @@ pub use observer::{Fate, Interaction, Observer};
 pub use optics::luminescence::Luminophore;
 pub use optics::media::Medium;
 pub use optics::mie::{Mie, Sphere};
-pub use optics::phase::{PhaseFunction, PhaseTable, Scattering};
+pub use optics::phase::{PhaseFunction, PhaseTable, Scattering, SpherePhase};
 pub use optics::polarisation::Polarisation;
 pub use optics::thin_film::{Film, Layer};
 pub use outcome::{Outcome, Totals};

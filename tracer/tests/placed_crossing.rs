@@ -106,6 +106,29 @@ fn balls_that_cut_each_other_a_little_are_refused_and_those_that_touch_are_not()
     }
 }
 
+/// Of forty bricks in a row two share a corner of a thousandth of their size.
+#[test]
+fn one_small_cut_among_many_solids_is_refused() {
+    let bricks = |overlap: f64| {
+        let brick_at = |k: u8| {
+            let shift = if k == 20 { overlap } else { 0.0 };
+            let place = [1.1 * f64::from(k) - 0.1 * f64::from(k / 20) - shift, shift, 0.0];
+            let shape = brick([0.5; 3], &at(place, DMat3::IDENTITY, 1e-6));
+            solid(
+                &format!("brick {k}"),
+                shape,
+                Region::Body(k),
+                Region::World,
+                &SurfaceModel::Interface,
+            )
+        };
+        lit((0..40).map(brick_at).collect(), 40)
+    };
+    assert!(bricks(0.0).is_ok());
+    let said = bricks(1e-3).err().expect("refused").to_string();
+    assert!(said.contains("'brick 19'") && said.contains("'brick 20'"), "{said}");
+}
+
 /// Solids about one axis, one above the other, has middles on a line that meets a tip or an
 /// apex.
 #[test]

@@ -18,6 +18,33 @@ static SAID: Mutex<BTreeSet<String>> = Mutex::new(BTreeSet::new());
 /// Sizes of the warnings that [`is_news`] has let through.
 static LARGEST: Mutex<BTreeMap<String, f64>> = Mutex::new(BTreeMap::new());
 
+/// Warnings of callers that print none themselves, and the number of these callers at work.
+static COLLECTED: Mutex<(usize, Vec<String>)> = Mutex::new((0, Vec::new()));
+
+/// Does `work` and returns the warnings given meanwhile, each once, instead of printing them.
+pub fn collecting<T>(work: impl FnOnce() -> T) -> (T, Vec<String>) {
+    let collected = || COLLECTED.lock().unwrap_or_else(PoisonError::into_inner);
+    // What an earlier caller was told is news to this one.
+    SAID.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    LARGEST.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    collected().0 += 1;
+    let result = work();
+    let mut collected = collected();
+    collected.0 -= 1;
+    (result, std::mem::take(&mut collected.1))
+}
+
+/// Prints a warning, or hands it to the caller who collects them.
+fn give(line: &str) {
+    let mut collected = COLLECTED.lock().unwrap_or_else(PoisonError::into_inner);
+    let (callers, lines) = &mut *collected;
+    if *callers == 0 {
+        let _ = writeln!(std::io::stderr(), "batwing: warning: {}", printable(line));
+    } else if !lines.iter().any(|given| given == line) {
+        lines.push(line.to_owned());
+    }
+}
+
 /// True of the first warning called `name` in a process, and of one of twice the size of the last that
 /// was: a search traces thousands of designs that share a fault.
 pub fn is_news(name: &str, size: f64) -> bool {
@@ -34,7 +61,7 @@ pub fn is_news(name: &str, size: f64) -> bool {
 pub fn warn_once(line: &str) {
     let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
     if said.insert(line.to_owned()) {
-        let _ = writeln!(std::io::stderr(), "batwing: warning: {}", printable(&bounded(line)));
+        give(line);
     }
 }
 
@@ -95,10 +122,9 @@ impl Console {
 
     /// Prints a warning on standard error, also when quiet: it may explain a result.
     pub fn warn(&self, line: &str) {
-        if !self.warns {
-            return;
+        if self.warns {
+            give(line);
         }
-        let _ = writeln!(std::io::stderr(), "batwing: warning: {}", printable(&bounded(line)));
     }
 
     /// Prints the result on standard output: `json` if JSON is wanted, else `text` unless quiet.

@@ -12,6 +12,7 @@ use pyo3::prelude::*;
 use experiment::checked_file::Texts;
 use files::interrupt::Interrupt;
 use files::program::{self, Program};
+use files::progress::collecting;
 use metrics::quantity::Axis;
 use output::array::Array;
 use pipeline::cli::Cli;
@@ -81,10 +82,24 @@ pub fn call(
 ) -> PyResult<()> {
     let cli = parsed(py, arguments)?;
     let threads = cli.common.threads.map(usize::from);
-    job::run(py, threads, move |job: &Job| match texts.filter(|texts| !texts.is_empty()) {
+    let work = move |job: &Job| match texts.filter(|texts| !texts.is_empty()) {
         Some(texts) => cli.run_texts(texts, &folder.unwrap_or_default(), &job.interrupt),
         None => cli.run_until(&job.interrupt),
-    })
+    };
+    with_warnings(py, threads, work)
+}
+
+/// Runs `work`, whose warnings are Python warnings, also of work that fails.
+fn with_warnings<T: Send + 'static>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    work: impl FnOnce(&Job) -> anyhow::Result<T> + Send + 'static,
+) -> PyResult<T> {
+    let (outcome, warnings) = job::run(py, threads, move |job| Ok(collecting(|| work(job))))?;
+    if !warnings.is_empty() {
+        py.import("batwing._show")?.call_method1("warn_of_design", (warnings,))?;
+    }
+    outcome.map_err(|error| crate::errors::to_python(py, &error))
 }
 
 /// Name of an array, its numbers, name, unit and edges of each axis, and quantity and unit of the
@@ -110,7 +125,7 @@ pub fn run(
     let threads = cli.common.threads.map(usize::from);
     let (texts, folder) = (texts.unwrap_or_default(), folder.unwrap_or_default());
     let (json, models) =
-        job::run(py, threads, move |job: &Job| cli.run_in_memory(&texts, &folder, &job.interrupt))?;
+        with_warnings(py, threads, move |job| cli.run_in_memory(&texts, &folder, &job.interrupt))?;
     let axis = |axis: &Axis| {
         let quantity = axis.quantity();
         let unit = quantity.unit().suffix().to_owned();

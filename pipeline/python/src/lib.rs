@@ -107,7 +107,7 @@ mod _native {
     #[pymodule_export]
     use super::rays::{ray_endings, read_rays, write_rays};
     #[pymodule_export]
-    use super::rcwa::{Interface, material_indices, solve_case};
+    use super::rcwa::{Interface, floating_ridges, material_indices, solve_case};
     #[pymodule_export]
     use super::{
         free_bytes, ky_nodes, panic, set_progress, set_threads, threads, toml_of_json, wait,

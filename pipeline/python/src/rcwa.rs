@@ -7,11 +7,12 @@ use anyhow::ensure;
 use num_complex::Complex64;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
-use rcwa::accuracy::{converge_hemisphere, first_resolution};
+use rcwa::accuracy::{NOTHING_KNOWN, converge_hemisphere, first_resolution, unsettled};
 use rcwa::field::{Grid, field};
 use rcwa::hemisphere::{Directions, Resolution, hemisphere};
 use rcwa::lines::{Direction, DirectionOrders, LinesRequest, SolvedDirections, ToleranceRequest};
-use rcwa::lines::{converge_directions, solve_directions};
+use rcwa::lines::{converge_directions, error_of_directions, solve_directions};
+use rcwa::relief::floating::{Ridges, floating_words};
 use rcwa::relief::{Polygon, Relief};
 use rcwa::{Bloch, Side, Stack, Truncation};
 
@@ -100,7 +101,7 @@ impl<T: numpy::Element> Dense<T> {
 /// Orders of one half-space for Python.
 type Half<'py, T> = (i32, Array<'py, T>);
 /// Efficiencies of both half-spaces, Jones matrices of both, |R + T - 1|, problems; highest order,
-/// slices and estimated error, the latter where a tolerance is given.
+/// slices and estimated error, the latter where it is asked for; warning.
 type Solution<'py> = (
     Half<'py, f64>,
     Half<'py, f64>,
@@ -108,6 +109,7 @@ type Solution<'py> = (
     f64,
     usize,
     (usize, usize, Option<f64>),
+    Option<String>,
 );
 /// Electric and magnetic field, index, flux, R, T.
 type Field<'py> = (
@@ -214,9 +216,9 @@ impl Interface {
         })
     }
 
-    /// Efficiencies (and Jones matrices) of a list of directions, at given orders and slices or to
-    /// a tolerance.
-    #[pyo3(signature = (top, kx, ky, azimuth, orders, slices, tolerance, jones, threads))]
+    /// Efficiencies (and Jones matrices) of a list of directions, at given orders and slices, with
+    /// the error if `estimate`, or to a tolerance.
+    #[pyo3(signature = (top, kx, ky, azimuth, orders, slices, estimate, tolerance, jones, threads))]
     fn solve<'py>(
         &self,
         py: Python<'py>,
@@ -226,6 +228,7 @@ impl Interface {
         azimuth: PyReadonlyArray1<'py, f64>,
         orders: usize,
         slices: usize,
+        estimate: bool,
         tolerance: Option<f64>,
         jones: bool,
         threads: Option<usize>,
@@ -254,7 +257,8 @@ impl Interface {
                 !jones || !is_extrapolated,
                 "jones: expected a relief of vertical walls or of dielectrics, got one that is extrapolated from two runs, whose phases differ"
             );
-            let at = if let Some(tolerance) = tolerance {
+            let mut warning = None;
+            let (at, known_error) = if let Some(tolerance) = tolerance {
                 let watch = &job.watch();
                 let first = || first_resolution(&interface, tolerance, watch);
                 let request = ToleranceRequest {
@@ -264,26 +268,40 @@ impl Interface {
                     tolerance,
                     first: held(&table, tolerance.to_bits(), first)?,
                 };
-                let found = converge_directions(&request, watch)?;
-                let error = Some(found.errors.sum());
-                if !jones {
-                    return Ok(halves(&found.answer, jones, &found.resolution, error));
+                let mut found = converge_directions(&request, watch)?;
+                let error = found.errors.sum();
+                if error >= NOTHING_KNOWN {
+                    found = found.within(tolerance)?;
                 }
-                (found.resolution, error)
+                warning = found.missed(tolerance, found.resolution.plan.count());
+                if !jones {
+                    return Ok((
+                        halves(&found.answer, jones, &found.resolution, Some(error)),
+                        warning,
+                    ));
+                }
+                (found.resolution, Some(error))
             } else {
                 (resolution(&interface, orders, slices)?, None)
             };
             let stacks = match tolerance {
-                None => held(&last, slices, || Ok(Arc::new(interface.stacks(&at.0)?)))?,
-                Some(_) => Arc::new(interface.stacks(&at.0)?),
+                None => held(&last, slices, || Ok(Arc::new(interface.stacks(&at)?)))?,
+                Some(_) => Arc::new(interface.stacks(&at)?),
             };
-            let request =
-                LinesRequest { stacks: &stacks, truncation: at.0.truncation, side, jones };
+            let request = LinesRequest { stacks: &stacks, truncation: at.truncation, side, jones };
             let steps = |count| job.expect(count);
             let solved = solve_directions(request, &directions, &steps, &job.watch())?;
-            Ok(halves(&solved, jones, &at.0, at.1))
+            let error = if estimate && known_error.is_none() {
+                let incident = (side, directions.as_slice());
+                let error = error_of_directions(&interface, incident, &at, &solved, &job.watch())?;
+                warning = unsettled(error, at.truncation.highest());
+                Some(error)
+            } else {
+                known_error
+            };
+            Ok((halves(&solved, jones, &at, error), warning))
         };
-        let ([upper, lower], matrices, balance, problems, resolution) =
+        let (([upper, lower], matrices, balance, problems, resolution), warning) =
             job::run(py, threads, work)?;
         let matrices = matrices
             .map(|[upper, lower]| {
@@ -297,6 +315,7 @@ impl Interface {
             balance,
             problems,
             resolution,
+            warning,
         ))
     }
 
@@ -400,10 +419,28 @@ pub fn solve_case(
         let case = pipeline::grating_case::Case::parse(&name, &text)?;
         let solved = pipeline::grating::solve(&case, &job.watch())?;
         let mut json = solved.to_json();
-        let unsettled = solved.unsettled();
-        json["warning"] = solved.missed.or(unsettled).into();
+        let warnings = case.doubts().into_iter().chain(solved.warnings());
+        json["warnings"] = warnings.collect::<Vec<_>>().into();
         Ok(json.to_string())
     })
+}
+
+/// The half-spaces of whose material ridges are that stand on none of them, and a warning; of
+/// materials by number: background, top, bottom, and those of the polygons, with their names.
+#[pyfunction]
+pub fn floating_ridges(
+    period: f64,
+    depth: f64,
+    around: [usize; 3],
+    polygons: Vec<(usize, String, Vec<[f64; 2]>)>,
+) -> Option<(Vec<&'static str>, String)> {
+    let [background, top, bottom] = &around;
+    let outlines: Vec<_> = polygons.iter().map(|p| (p.0, p.2.as_slice())).collect();
+    let ridges =
+        Ridges { period, depth, background, polygons: &outlines, half_spaces: [top, bottom] };
+    let (number, sides) = ridges.floating()?;
+    let words = floating_words(&polygons[number].1, &sides);
+    Some((sides.into_iter().map(Side::name).collect(), words))
 }
 
 /// Index n + ik at wavelengths in micrometres from a material file of refractiveindex.info.

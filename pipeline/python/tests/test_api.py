@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
+import pickle
 import re
 from collections.abc import Iterator
 from types import ModuleType
@@ -109,6 +110,10 @@ def test_figures_that_are_not_resolved_stay_so() -> None:
     entry = {"value": 20.0, "standard_error": 0.0, "interval": [17.5, 22.5]}
     peak = simulate.Figure.of(entry, "deg", "peak_angle_deg")
     assert peak.interval == (17.5, 22.5) and not peak.is_resolved
+    # What is no value cannot be taken for one.
+    assert np.isnan([peak.value, peak.standard_error, float(peak)]).all()
+    assert peak.estimate == (20.0, 0.0)
+    assert pickle.loads(pickle.dumps(peak)).estimate == (20.0, 0.0)
     assert str(peak) == "17.5 to 22.5 °" and f"{peak:.2f}" == "17.50 to 22.50"
     assert (peak * 2 + 1).interval == (36.0, 46.0)
     assert (1 / peak).interval == pytest.approx((1 / 22.5, 1 / 17.5))

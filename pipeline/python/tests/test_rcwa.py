@@ -285,6 +285,37 @@ def test_a_base_that_nobody_states_is_said_where_it_is_a_guess() -> None:
     assert one == other
 
 
+def test_given_orders_state_their_error() -> None:
+    """Silver in TM by stairs, beside the C method of Chandezon; and a dielectric."""
+    known = {-1: 0.278582, 0: 0.440264, 1: 0.268048}
+    relief = rcwa.Relief.sinusoid(1 / 1.2, 0.1, 0.0562 + 4.2776j, 1.0, sides=24, base="bottom")
+    grating = rcwa.Grating(relief, top=1.0, bottom=0.0562 + 4.2776j)
+    found = rcwa.solve(grating, 0.633, 10.0, polarisation="p", orders=14, threads=1)
+    shares = dict(zip(found.orders_reflected.tolist(), found.reflected.tolist()))
+    off = max(abs(shares[order] - share) for order, share in known.items())
+    assert found.estimated_error is not None and off < found.estimated_error < 1
+    coarse = rcwa.solve(sawtooth(), WAVELENGTH, 20.0, orders=8)
+    fine = rcwa.solve(sawtooth(), WAVELENGTH, 20.0, orders=40, slices=60, estimate=False)
+    assert fine.estimated_error is None and coarse.estimated_error is not None
+    assert abs(coarse.total_reflected - fine.total_reflected) < coarse.estimated_error < 0.1
+
+
+def test_a_case_upside_down_is_warned_of() -> None:
+    triangle = {"n": [1.5, 0], "points": [[0, 0], [1, 0], [0.5, 0.3]]}
+    case = {
+        "n_top": [1, 0],
+        "n_bottom": [1.5, 0],
+        "period": 1.0,
+        "wavelength": 0.633,
+        "theta_deg": 20,
+        "pol": "p",
+        "N": 8,
+        "relief": {"background": [1, 0], "depth": 0.3, "polygons": [triangle]},
+    }
+    with pytest.warns(UserWarning, match="bottom half-space"):
+        rcwa.solve_case(case)
+
+
 def test_ridges_that_touch_nothing_of_their_own_are_said() -> None:
     box = np.array([[0.1, 0.2], [0.3, 0.2], [0.3, 0.6], [0.1, 0.6]])
     floating = rcwa.Relief(0.5, 0.8, 1.0, [rcwa.Polygon(1.5, box)])

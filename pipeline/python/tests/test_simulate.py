@@ -11,6 +11,7 @@ import pickle
 import shutil
 import subprocess
 import tempfile
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -528,3 +529,19 @@ def test_files_of_rays_keep_their_ending_and_no_negative_flux(tmp_path: Path) ->
     with pytest.raises(batwing.InputError, match=r"flux: .*-0.5 at \[2\]"):
         dark.write(tmp_path / "dark.tm25ray")
     assert sorted(tmp_path.iterdir()) == before
+
+
+def test_warnings_of_designs_are_python_warnings(
+    root: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """At the line of the caller, in every run, and errors where a filter says so."""
+    design = simulate.Design.read(root / "data/designs/d1.toml").with_values({"receiver.bin_mm": 0.7})
+    for _ in range(2):
+        with pytest.warns(batwing.DesignWarning, match=r"receiver\.bin_mm") as caught:
+            simulate.run(design, model="geometric", paths=FEW)
+        assert {Path(one.filename) for one in caught} == {Path(__file__)}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", batwing.DesignWarning)
+        with pytest.raises(batwing.DesignWarning):
+            simulate.run(design, model="geometric", paths=FEW)
+    assert "warning" not in capfd.readouterr().err

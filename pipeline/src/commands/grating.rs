@@ -5,11 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, anyhow};
 use clap::Args;
-use rcwa::error::kept_orders;
-
 use files::progress::Console;
 use files::run_context::RunContext;
-use metrics::plural::count;
 
 use crate::grating;
 use crate::grating_case::Case;
@@ -28,32 +25,17 @@ pub fn run(arguments: &GratingArgs, context: RunContext) -> Result<()> {
     let file = arguments.case.display().to_string();
     let watch = context.interrupt.watch();
     let solve = || grating::solve(&case, &watch);
-    let unlike = case.unlike_units();
-    let solved = context.console.waiting(&file, solve).map_err(|error| match &unlike {
-        Some(unlike) if !context.interrupt.is_raised() => anyhow!("{error:#}; {unlike}"),
-        _ => error,
+    let solved = context.console.waiting(&file, solve).map_err(|error| {
+        let doubts = case.doubts();
+        if doubts.is_empty() || context.interrupt.is_raised() {
+            error
+        } else {
+            anyhow!("{error:#}; {}", doubts.join("; "))
+        }
     });
     let solved = solved.with_context(|| file.clone())?;
-    if let Some(unlike) = &unlike {
-        context.console.warn(&format!("{file}: {unlike}"));
-    }
-    if let Some(highest) = solved.too_few_for {
-        context.console.warn(&format!(
-            "{file}: {}, but orders up to ±{highest} propagate; the result is that of the truncated problem",
-            kept_orders(solved.truncation)
-        ));
-    }
-    if let Some(missed) = &solved.missed {
-        context.console.warn(&format!("{file}: {missed}"));
-    }
-    if let Some(left) = solved.coarse_slices {
-        context.console.warn(&format!(
-            "{file}: an error of {left:.1e} is left with {}, more than aimed at; more of them are too much work",
-            count(solved.slices, "slice")
-        ));
-    }
-    if let Some(unsettled) = solved.unsettled() {
-        context.console.warn(&format!("{file}: {unsettled}"));
+    for warning in case.doubts().into_iter().chain(solved.warnings()) {
+        context.console.warn(&format!("{file}: {warning}"));
     }
     Console::print(&grating::in_numerical_order(&solved.to_json())?)
 }

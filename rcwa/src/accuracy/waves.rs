@@ -9,9 +9,9 @@
 //! tolerance in single orders of single directions; their slices follow their walls. Other
 //! structures begin with the orders that propagate. Efficiencies swing about their limit while
 //! orders are added, and those of every second or third order may lie on curves of their own; so M
-//! is compared with the last two steps and with its neighbours. In TM the edges of stairs leave an
-//! error that only orders and slices together take away, as 1/M: at last both are raised at once.
-//! Work is counted, not timed, so that the result is the same on every machine.
+//! is compared with the last two steps and with its neighbours. Work is counted, not timed, so that the result is the same on every machine.
+
+mod stairs;
 
 use super::hemisphere::{fine_enough, followed_law};
 use super::law::{Law, corner_exponent};
@@ -42,9 +42,12 @@ const ORDERS_EXPONENT: f64 = 2.0;
 /// neighbours that must agree.
 const STEPS: usize = 2;
 const NEIGHBOURS: usize = 2;
-/// Parts of the tolerance that slices and stairs with orders may take; orders may take the rest.
+/// Part of the tolerance that slices may take; orders may take the rest.
 const SLICES_PART: f64 = 0.4;
-const TOGETHER_PART: f64 = 0.3;
+/// Stated error above which results say next to nothing.
+const UNSETTLED: f64 = 0.5;
+/// Stated error from which results say nothing.
+pub const NOTHING_KNOWN: f64 = 1.0;
 /// Ratio at which one error is well below the other.
 const WELL_BELOW: f64 = 0.2;
 /// Smallest tolerance of the hemisphere that the search begins with.
@@ -52,6 +55,8 @@ const FIRST_TOLERANCE: f64 = 1e-4;
 /// Work of one search, in real eigenproblems of size 1, and of a complex one relative to that.
 const MAX_WORK: f64 = 2e10;
 const COMPLEX: f64 = 10.0;
+/// Part of it after which a search over stairs may end, and that stairs of given orders may take.
+const WORK_IN_VAIN: f64 = 0.125;
 /// Evaluations that a search makes whatever they cost, where it must return an estimate.
 const FREE: usize = 3;
 /// Slices beyond which none are tried, per wavelength of depth.
@@ -110,6 +115,29 @@ pub struct Found<A> {
 }
 
 impl<A> Found<A> {
+    /// Reason why the error is above `tolerance`, where it is; of so many slices.
+    pub fn missed(&self, tolerance: f64, slices: usize) -> Option<String> {
+        let (errors, limit) = (self.errors, self.limit?);
+        if errors.sum() <= tolerance {
+            return None;
+        }
+        let part = |error: f64, by: String| match error {
+            0.0 => None,
+            e if e.is_infinite() => Some(format!("an unknown one by {by}")),
+            e => Some(format!("{e:.1e} by {by}")),
+        };
+        let highest = self.resolution.truncation.highest();
+        let parts = [
+            part(errors.orders, format!("orders -{highest}..{highest}")),
+            part(errors.slices, format!("{slices} slice{}", if slices == 1 { "" } else { "s" })),
+            part(errors.together, "both together".into()),
+        ];
+        Some(format!(
+            "tolerance: {tolerance:e} was not reached within the {limit} that one case may take; reached: an error of {}",
+            parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+        ))
+    }
+
     /// The result, if its error is within the tolerance.
     ///
     /// # Errors
@@ -188,15 +216,59 @@ pub fn settle_slices<A>(
     let mut before = None;
     let mut halt = None;
     if !search.at.plan.is_exact() {
-        let aim = aim.max(part * search.look_ahead(decisive)?);
+        let aim = aim.max(part * search.look_ahead(&deciding)?);
         halt = search.raise_slices(aim, &mut before).err();
     }
-    search.errors.orders = search.look_ahead(waves.distance)?;
+    search.errors.orders = search.look_ahead(waves)?;
     if let Some((answer, ratio)) = before {
         let change = (waves.distance)(&answer, &search.answer);
         search.errors.slices = SLICES.left_by_finer(change, ratio);
     }
     search.found(halt)
+}
+
+/// Error of `answer` at a resolution, from a third more orders and slices; infinite where these
+/// cannot be solved.
+///
+/// # Errors
+/// The errors of the solver.
+pub fn error_at<A>(
+    structure: Structure<'_>,
+    waves: &Waves<'_, A>,
+    at: &Resolution,
+    answer: &A,
+) -> Result<f64, Error> {
+    let law = Law { exponent: structure.orders_exponent(), safety: SAFETY };
+    // Stairs are raised to multiples of three.
+    let own = if structure.is_of_stairs() { at.plan.raised(3) } else { at.plan.clone() };
+    match left_by_coarser(waves, law, at, &own.scaled(SLICES_STEP), answer) {
+        Err(error) if error.limit().is_some() => Ok(f64::INFINITY),
+        left => left,
+    }
+}
+
+/// Error of `answer` by a third more orders on these slices.
+fn left_by_coarser<A>(
+    waves: &Waves<'_, A>,
+    law: Law,
+    at: &Resolution,
+    plan: &SlicePlan,
+    answer: &A,
+) -> Result<f64, Error> {
+    let order = at.truncation.highest();
+    let more = order + order.div_ceil(3).max(1);
+    let truncation = Truncation::new(more)?;
+    let finer = (waves.solve)(&Resolution { truncation, plan: plan.clone() })?;
+    Ok(law.left_by_coarser((waves.distance)(answer, &finer), order as f64 / more as f64))
+}
+
+/// Warning of results whose error is such that they say next to nothing.
+pub fn unsettled(error: f64, highest: usize) -> Option<String> {
+    (error > UNSETTLED).then(|| {
+        format!(
+            "not settled: with more orders and slices an efficiency changes by about {error:.1e}; these are results of orders -{highest}..{highest} alone"
+        )
+    })
 }
 
 impl<'a> Structure<'a> {
@@ -220,6 +292,22 @@ impl<'a> Structure<'a> {
                     .chain(stack.layers().iter().flat_map(|l| l.segments.iter().map(|s| s.index))),
             ),
         }
+    }
+
+    /// True for a relief whose slanted walls are stairs, whatever their number.
+    pub fn is_of_stairs(self) -> bool {
+        match self {
+            Self::Relief(interface) => {
+                !interface.follows_walls() && !interface.relief.slice_plan(1).is_exact()
+            }
+            Self::Layers(_) => false,
+        }
+    }
+
+    /// Power of 1/M by which errors of the orders fall where walls are not followed.
+    fn orders_exponent(self) -> f64 {
+        let most = if self.is_of_stairs() { TOGETHER.exponent } else { ORDERS_EXPONENT };
+        corner_exponent(&self.indices()).min(most)
     }
 
     fn is_lossless(self) -> bool {
@@ -291,11 +379,12 @@ struct Search<'a, A> {
     weight: f64,
     /// Evaluations allowed whatever they cost.
     free: usize,
+    max_work: f64,
     spent: f64,
     at: Resolution,
     answer: A,
-    /// Earlier steps of the orders on the same slices, the last one first.
-    steps: Vec<(usize, A)>,
+    /// Earlier steps, the last one first: of the orders on the same slices, or of orders and stairs.
+    steps: Vec<(usize, usize, A)>,
     /// True where the error of the orders comes from as many steps and neighbours as it takes.
     is_settled: bool,
     errors: ErrorParts,
@@ -313,7 +402,7 @@ impl<'a, A> Search<'a, A> {
             (Structure::Relief(interface), Manner::FollowedWalls) => {
                 followed_law(interface, tolerance).exponent
             }
-            _ => corner_exponent(&structure.indices()).min(ORDERS_EXPONENT),
+            _ => structure.orders_exponent(),
         };
         let at = match manner {
             Manner::Stairs => Resolution { plan: first.plan.raised(3), ..first },
@@ -336,6 +425,11 @@ impl<'a, A> Search<'a, A> {
             limits: structure.limits(waves.highest_order),
             weight,
             free,
+            max_work: if manner == Manner::GivenOrders && structure.is_of_stairs() {
+                WORK_IN_VAIN * MAX_WORK
+            } else {
+                MAX_WORK
+            },
             spent,
             answer: (waves.solve)(&at)?,
             at,
@@ -351,26 +445,18 @@ impl<'a, A> Search<'a, A> {
 
     /// Raises orders and slices until the error of all is within the tolerance.
     fn run(&mut self) -> Result<(), Halt> {
-        let slices_aim = SLICES_PART * self.tolerance;
-        let together_aim = TOGETHER_PART * self.tolerance;
-        if self.manner == Manner::Stairs {
-            // Slices must not be raised far while orders leave more.
-            self.step_orders()?;
-        } else {
-            self.raise_slices(slices_aim, &mut None)?;
+        if self.manner == Manner::Stairs && !self.at.plan.is_exact() {
+            return self.raise_stairs_and_orders();
         }
+        let slices_aim = SLICES_PART * self.tolerance;
+        self.raise_slices(slices_aim, &mut None)?;
         loop {
             self.raise_slices(slices_aim.max(WELL_BELOW * self.errors.orders), &mut None)?;
-            let others = self.errors.slices + self.errors.together.min(together_aim);
-            let orders_aim = self.tolerance - others;
+            let orders_aim = self.tolerance - self.errors.slices;
             self.raise_orders(orders_aim.max(WELL_BELOW * self.errors.slices))?;
-            if self.errors.orders > orders_aim || self.errors.slices > slices_aim {
-                continue;
-            }
-            if self.errors.together <= together_aim {
+            if self.errors.orders <= orders_aim && self.errors.slices <= slices_aim {
                 return Ok(());
             }
-            self.step_together()?;
         }
     }
 
@@ -409,12 +495,12 @@ impl<'a, A> Search<'a, A> {
         let order = self.at.truncation.highest();
         let at = Resolution { truncation: self.more_orders()?, ..self.at.clone() };
         let answer = self.step(at)?;
-        self.steps.insert(0, (order, answer));
+        self.steps.insert(0, (order, self.at.plan.count(), answer));
         let is_followed = self.manner == Manner::FollowedWalls;
         self.steps.truncate(if is_followed { 1 } else { STEPS });
         self.is_settled = is_followed;
         let finest = self.at.truncation.highest() as f64;
-        let left = self.steps.iter().map(|(order, answer)| {
+        let left = self.steps.iter().map(|(order, _, answer)| {
             let change = (self.waves.distance)(answer, &self.answer);
             self.orders_law.left_by_finer(change, *order as f64 / finest)
         });
@@ -435,26 +521,9 @@ impl<'a, A> Search<'a, A> {
         Ok(())
     }
 
-    /// Raises orders and stairs at once.
-    fn step_together(&mut self) -> Result<(), Halt> {
-        let (order, plan) = (self.at.truncation.highest() as f64, self.more_slices());
-        let at = Resolution { truncation: self.more_orders()?, plan };
-        let answer = self.step(at)?;
-        let ratio = order / self.at.truncation.highest() as f64;
-        let change = (self.waves.distance)(&answer, &self.answer);
-        self.errors.together = TOGETHER.left_by_finer(change, ratio);
-        self.steps.clear();
-        Ok(())
-    }
-
     /// Error of the orders by a third more of them.
-    fn look_ahead(&self, distance: &dyn Fn(&A, &A) -> f64) -> Result<f64, Error> {
-        let order = self.at.truncation.highest();
-        let more = order + order.div_ceil(3).max(1);
-        let truncation = Truncation::new(more)?;
-        let finer = (self.waves.solve)(&Resolution { truncation, ..self.at.clone() })?;
-        let change = distance(&self.answer, &finer);
-        Ok(self.orders_law.left_by_coarser(change, order as f64 / more as f64))
+    fn look_ahead(&self, waves: &Waves<'_, A>) -> Result<f64, Error> {
+        left_by_coarser(waves, self.orders_law, &self.at, &self.at.plan, &self.answer)
     }
 
     fn more_orders(&self) -> Result<Truncation, Halt> {
@@ -496,7 +565,7 @@ impl<'a, A> Search<'a, A> {
             Some(Limit::Orders)
         } else if at.plan.count() > self.limits.1 && !at.plan.is_exact() {
             Some(Limit::Slices)
-        } else if self.free == 0 && self.spent + work > MAX_WORK {
+        } else if self.free == 0 && self.spent + work > self.max_work {
             Some(Limit::Work)
         } else {
             None
@@ -506,13 +575,8 @@ impl<'a, A> Search<'a, A> {
         }
         self.free = self.free.saturating_sub(1);
         self.spent += work;
-        (self.waves.solve)(at).map_err(|error| match error {
-            Error::Rounding { .. } => Halt::Limit(Limit::Digits),
-            Error::Memory { .. } => Halt::Limit(Limit::Memory),
-            Error::Slices { .. } => Halt::Limit(Limit::Slices),
-            Error::Work { .. } => Halt::Limit(Limit::Work),
-            other => Halt::Failed(other),
-        })
+        (self.waves.solve)(at)
+            .map_err(|error| error.limit().map_or(Halt::Failed(error), Halt::Limit))
     }
 
     fn found(self, halt: Option<Halt>) -> Result<Found<A>, Error> {

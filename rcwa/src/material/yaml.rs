@@ -66,7 +66,7 @@ fn data_lines(text: &str) -> Result<Vec<Numbered<'_>>, MaterialError> {
         if line == "---" || line == "..." {
             continue;
         }
-        let expected = "KEY: at the left margin";
+        let expected = "KEY: at the left margin, as in the YAML files of refractiveindex.info (an index that is one number needs no file)";
         let (key, value) = line.split_once(':').ok_or_else(|| MaterialError::Line {
             line: number,
             expected,
@@ -82,7 +82,11 @@ fn data_lines(text: &str) -> Result<Vec<Numbered<'_>>, MaterialError> {
         }
         seen |= inside;
     }
-    if seen { Ok(lines) } else { Err(MaterialError::Missing("the key DATA")) }
+    if seen {
+        Ok(lines)
+    } else {
+        Err(MaterialError::Missing("the key DATA of a YAML file of refractiveindex.info"))
+    }
 }
 
 /// Cuts the lines of the list into entries and their keys.

@@ -32,6 +32,7 @@ pub struct Sphere {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mie {
     size: f64,
+    relative_index: f64,
     /// a_n and b_n from n = 1 on.
     terms: Vec<[Complex64; 2]>,
 }
@@ -82,7 +83,12 @@ impl Mie {
             };
             terms.push([term(derivative / m), term(derivative * m)]);
         }
-        Self { size: x, terms }
+        Self { size: x, relative_index: m, terms }
+    }
+
+    /// The bits of size parameter and relative index, from which all follows.
+    pub(super) fn key(&self) -> [u64; 2] {
+        [self.size.to_bits(), self.relative_index.to_bits()]
     }
 
     /// The size parameter.

@@ -13,7 +13,8 @@
 //! \[Henyey, Greenstein 1941\] L. G. Henyey, J. L. Greenstein, *Diffuse radiation in the galaxy*,
 //! Astrophys. J. 93, 70.
 
-use std::sync::Arc;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use glam::DVec3;
 use rand::Rng;
@@ -30,6 +31,49 @@ pub enum PhaseFunction {
     HenyeyGreenstein(f64),
     /// A table.
     Table(Arc<PhaseTable>),
+    /// That of a sphere in unpolarised light.
+    Sphere(Arc<SpherePhase>),
+}
+
+/// The phase function of a sphere, whose table is made when it is first asked for: of large spheres
+/// it takes milliseconds, and spectra have a thousand wavelengths of which a trace meets few.
+#[derive(Debug)]
+pub struct SpherePhase {
+    mie: Mie,
+    table: OnceLock<PhaseTable>,
+}
+
+impl PartialEq for SpherePhase {
+    fn eq(&self, other: &Self) -> bool {
+        self.mie == other.mie
+    }
+}
+
+/// Phase functions in use by the bits of size parameter and relative index: designs that differ in
+/// something else share them.
+static IN_USE: Mutex<Option<HashMap<[u64; 2], Weak<SpherePhase>>>> = Mutex::new(None);
+
+impl SpherePhase {
+    /// Of a series.
+    fn of(mie: Mie) -> Arc<Self> {
+        let mut in_use = IN_USE.lock().unwrap_or_else(PoisonError::into_inner);
+        let in_use = in_use.get_or_insert_default();
+        let key = mie.key();
+        if let Some(known) = in_use.get(&key).and_then(Weak::upgrade) {
+            return known;
+        }
+        let made = Arc::new(Self { mie, table: OnceLock::new() });
+        in_use.retain(|_, phase| phase.strong_count() > 0);
+        in_use.insert(key, Arc::downgrade(&made));
+        made
+    }
+
+    fn table(&self) -> &PhaseTable {
+        // A sphere too small for its intensity to be a number scatters nothing.
+        self.table.get_or_init(|| {
+            PhaseTable::of_sphere(&self.mie).unwrap_or_else(|_| PhaseTable::isotropic())
+        })
+    }
 }
 
 impl PhaseFunction {
@@ -41,6 +85,7 @@ impl PhaseFunction {
         match self {
             Self::HenyeyGreenstein(g) => *g,
             Self::Table(table) => table.mean_cosine(),
+            Self::Sphere(sphere) => sphere.mie.mean_cosine(),
         }
     }
 
@@ -51,6 +96,7 @@ impl PhaseFunction {
         match self {
             Self::HenyeyGreenstein(g) => henyey_greenstein(*g, 2.0 * chance - 1.0),
             Self::Table(table) => table.cosine(chance),
+            Self::Sphere(sphere) => sphere.table().cosine(chance),
         }
     }
 
@@ -78,7 +124,7 @@ impl PhaseFunction {
                 (-1.0..=1.0).contains(g),
             )
             .map(drop),
-            Self::Table(_) => Ok(()),
+            Self::Table(_) | Self::Sphere(_) => Ok(()),
         }
     }
 }
@@ -144,6 +190,11 @@ impl PhaseTable {
             check("value of a phase function", *value, "0 to 1e100", range.contains(value))?;
         }
         Self::of_cosines(angles_deg.iter().map(|angle| angle.to_radians().cos()), values)
+    }
+
+    /// All directions alike.
+    fn isotropic() -> Self {
+        Self { cosines: vec![-1.0, 1.0], values: vec![0.5; 2], below: vec![0.0, 1.0] }
     }
 
     /// The phase function of a sphere in unpolarised light.
@@ -223,7 +274,7 @@ impl Scattering {
         let diameter_mm = 1e-3 * sphere.diameter_um;
         Ok(Self {
             per_mm: 1.5 * volume_fraction * mie.scattering_efficiency() / diameter_mm,
-            phase: PhaseFunction::Table(Arc::new(PhaseTable::of_sphere(&mie)?)),
+            phase: PhaseFunction::Sphere(SpherePhase::of(mie)),
         })
     }
 

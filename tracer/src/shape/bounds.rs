@@ -85,10 +85,16 @@ impl Bounds {
     /// the box within `reach` is empty. `inverse` holds the reciprocals of its direction.
     #[inline]
     pub(crate) fn entry(&self, origin: DVec3, inverse: DVec3, reach: Reach) -> Option<f64> {
+        self.span(origin, inverse, reach).map(|[entry, _]| entry)
+    }
+
+    /// Distances at which a ray enters and leaves the box, as [`Self::entry`].
+    #[inline]
+    pub(crate) fn span(&self, origin: DVec3, inverse: DVec3, reach: Reach) -> Option<[f64; 2]> {
         let (a, b) = ((self.low - origin) * inverse, (self.high - origin) * inverse);
         // f64::min and max drop the NaN of a ray that runs within a face.
         let entry = a.x.min(b.x).max(a.y.min(b.y)).max(a.z.min(b.z));
         let exit = a.x.max(b.x).min(a.y.max(b.y)).min(a.z.max(b.z));
-        (entry <= exit && exit > reach.from && entry < reach.to).then_some(entry)
+        (entry <= exit && exit > reach.from && entry < reach.to).then_some([entry, exit])
     }
 }

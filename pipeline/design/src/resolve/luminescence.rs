@@ -2,6 +2,7 @@
 //! Luminescent substances of media, checked; and what a design that has some must be.
 
 use std::path::Path;
+use std::sync::Mutex;
 
 use super::light;
 use crate::check::Context;
@@ -50,6 +51,7 @@ pub(super) fn resolve(
             quantum_yield: Spectral::new(quantum_yield, &one.quantum_yield, [0.0, 1.0], at)?,
             emission: emission(&one.emission, &key("emission"), folder, at)?,
             stokes_only: one.stokes_only,
+            emitted: Mutex::default(),
         });
     }
     Ok(all)

@@ -127,19 +127,19 @@ impl Design {
         let mut lit: Vec<bool> = (0..nodes.len()).map(is_lit).collect();
         let stated: Vec<&StatedLuminophore> =
             self.media().flat_map(|medium| &medium.stated.luminophores).collect();
-        let mut seen = vec![false; stated.len()];
         loop {
-            let absorbs = |of: &StatedLuminophore, lit: &[bool]| {
-                (0..nodes.len()).find(|&k| lit[k] && of.at(nodes[k]).absorption_per_mm > 0.0)
+            let absorbs = |of: &&StatedLuminophore| {
+                (0..nodes.len()).find(|&k| lit[k] && of.absorption_at(nodes[k]) > 0.0)
             };
-            let found = stated.iter().map(|of| absorbs(of, &lit)).collect::<Vec<_>>();
-            let new = (0..stated.len()).find(|&number| found[number].is_some() && !seen[number]);
-            let Some(number) = new else {
-                return stated.into_iter().zip(found).collect();
-            };
-            seen[number] = true;
-            let emitted = stated[number].photons(nodes, found[number].unwrap_or_default());
-            lit.iter_mut().zip(emitted).for_each(|(lit, photons)| *lit |= photons > 0.0);
+            let first: Vec<Option<usize>> = stated.iter().map(absorbs).collect();
+            let before = lit.clone();
+            for (of, first) in stated.iter().zip(&first) {
+                let emitted = first.map_or_else(Vec::new, |first| of.photons(nodes, first));
+                lit.iter_mut().zip(emitted).for_each(|(lit, photons)| *lit |= photons > 0.0);
+            }
+            if lit == before {
+                return stated.into_iter().zip(first).collect();
+            }
         }
     }
 

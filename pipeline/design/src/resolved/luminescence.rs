@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Luminescent substances of media: as stated, and at a wavelength.
 
+use std::sync::{Mutex, PoisonError};
+
 use serde::Serialize;
 
 use super::scattering::Spectral;
@@ -15,6 +17,9 @@ pub(crate) struct StatedLuminophore {
     pub(crate) quantum_yield: Spectral,
     pub(crate) emission: Spectrum,
     pub(crate) stokes_only: bool,
+    /// The wavelengths last asked for, and the shares of the emission there: those of a trace are
+    /// asked for once for each of them.
+    pub(crate) emitted: Mutex<(Vec<f64>, Vec<f64>)>,
 }
 
 /// A substance at a wavelength.
@@ -39,11 +44,16 @@ impl StatedLuminophore {
         key.rsplit_once('.').map_or(key, |(table, _)| table)
     }
 
+    /// Absorption coefficient at a wavelength, 1/mm; 0 beyond the ends of rows.
+    pub(crate) fn absorption_at(&self, wavelength_nm: f64) -> f64 {
+        self.absorption_per_mm.found(wavelength_nm).unwrap_or(0.0)
+    }
+
     /// The substance at a wavelength, alone.
     pub(crate) fn at(&self, wavelength_nm: f64) -> MediumLuminophore {
         MediumLuminophore {
             name: self.name.clone(),
-            absorption_per_mm: self.absorption_per_mm.found(wavelength_nm).unwrap_or(0.0),
+            absorption_per_mm: self.absorption_at(wavelength_nm),
             quantum_yield: self.quantum_yield.nearest(wavelength_nm),
             photons: vec![1.0],
         }
@@ -51,9 +61,12 @@ impl StatedLuminophore {
 
     /// Photons emitted at `nodes` after absorption at one of them.
     pub(crate) fn photons(&self, nodes: &[f64], absorbed: usize) -> Vec<f64> {
-        let powers = self.emission.weights(nodes, Weighting::Radiometric);
+        let mut emitted = self.emitted.lock().unwrap_or_else(PoisonError::into_inner);
+        if emitted.0 != nodes {
+            *emitted = (nodes.to_vec(), self.emission.weights(nodes, Weighting::Radiometric));
+        }
         let first = if self.stokes_only { absorbed } else { 0 };
-        let photons = powers.into_iter().zip(nodes).enumerate();
+        let photons = emitted.1.iter().zip(nodes).enumerate();
         photons.map(|(k, (power, nm))| if k < first { 0.0 } else { power * nm }).collect()
     }
 }

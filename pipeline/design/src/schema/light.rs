@@ -82,6 +82,6 @@ pub struct SpectrumRows {
     pub wavelength_nm: Option<Vec<f64>>,
     /// Power per nm at each (of lines, power of each), in any unit; from 0, one above 0.
     pub power: Option<Vec<f64>>,
-    /// File of these two columns instead; form as of `dome.meridian_file`.
+    /// File of these two columns instead; form as of `dome.meridian_file`, or a spectrum of Speos.
     pub file: Option<String>,
 }

@@ -24,6 +24,8 @@ from ._native import set_threads, threads
 from ._progress import set_progress
 from .errors import (
     ConvergenceError,
+    ConvergenceWarning,
+    DesignWarning,
     Error,
     FileError,
     InputError,
@@ -47,6 +49,8 @@ _FUNCTIONS = ("optimise", "reproduce", "run", "study", "tolerance")
 
 __all__ = [
     "ConvergenceError",
+    "ConvergenceWarning",
+    "DesignWarning",
     "Error",
     "FileError",
     "InputError",

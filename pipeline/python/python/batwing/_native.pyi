@@ -76,6 +76,12 @@ def unit_symbol(unit: str) -> str: ...
 def ray_endings() -> list[tuple[str, list[str]]]: ...
 def panic() -> None: ...
 def solve_case(name: str, text: str, threads: int | None) -> str: ...
+def floating_ridges(
+    period: float,
+    depth: float,
+    around: tuple[int, int, int],
+    polygons: list[tuple[int, str, list[list[float]]]],
+) -> tuple[list[str], str] | None: ...
 def material_indices(text: str, wavelengths_um: list[float]) -> list[complex]: ...
 def read_rays(path: str) -> tuple[npt.NDArray[np.float32], bool, float | None]: ...
 def write_rays(
@@ -104,6 +110,7 @@ class Interface:
         azimuth: _Floats,
         orders: int,
         slices: int,
+        estimate: bool,
         tolerance: float | None,
         jones: bool,
         threads: int | None,
@@ -114,6 +121,7 @@ class Interface:
         float,
         int,
         tuple[int, int, float | None],
+        str | None,
     ]: ...
     def hemisphere(
         self,

@@ -6,11 +6,15 @@ from __future__ import annotations
 import base64
 import html as escapes
 import io
+import os
+import sys
 import warnings
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from .errors import DesignWarning
 
 if TYPE_CHECKING:
     from .bsdf import Table
@@ -22,9 +26,22 @@ if TYPE_CHECKING:
 LINES, COLUMNS = 24, 100
 
 
-def warn(message: str) -> None:
-    """A warning of the program, at the line of the caller."""
-    warnings.warn(message, UserWarning, stacklevel=3)
+def warn(message: str, category: type[Warning] = UserWarning) -> None:
+    """A warning of the program, at the line that called the package."""
+    own = os.path.dirname(__file__)
+    frame, level = sys._getframe(1), 2
+    while frame.f_back is not None and (
+        os.path.dirname(frame.f_code.co_filename) == own
+        or os.path.basename(frame.f_code.co_filename) == "contextlib.py"
+    ):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, category, stacklevel=level)
+
+
+def warn_of_design(messages: list[str]) -> None:
+    """Warnings of a command on a design."""
+    for message in messages:
+        warn(message, DesignWarning)
 
 
 def _xarray() -> Any:
@@ -357,8 +374,8 @@ def results_dataset(value: Results) -> Any:
     for name in names:
         found = [value.models[key].figures.get(name) for key in keys]
         units = {"units": next((f.unit for f in found if f is not None), "")}
-        values = [np.nan if f is None or not f.has_value else f.value for f in found]
-        errors = [np.nan if f is None or not f.is_resolved else f.standard_error for f in found]
+        values = [np.nan if f is None else f.value for f in found]
+        errors = [np.nan if f is None else f.standard_error for f in found]
         frames[name] = ("model", values, units)
         frames[f"{name}_standard_error"] = ("model", errors, units)
         ends = [f.interval or (np.nan, np.nan) if f is not None else (np.nan, np.nan) for f in found]

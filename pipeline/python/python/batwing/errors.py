@@ -9,6 +9,8 @@ from __future__ import annotations
 
 __all__ = [
     "ConvergenceError",
+    "ConvergenceWarning",
+    "DesignWarning",
     "Error",
     "FileError",
     "InputError",
@@ -75,6 +77,14 @@ class SolverError(Error):
 
 class InternalError(Error):
     """A mistake in this program; please report it."""
+
+
+class ConvergenceWarning(UserWarning):
+    """Results of a grating whose stated error is above the tolerance, or next to 1."""
+
+
+class DesignWarning(UserWarning):
+    """A warning of a command on a design, as it stands on the terminal."""
 
 
 class ReliefWarning(UserWarning):

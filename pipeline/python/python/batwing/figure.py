@@ -35,10 +35,11 @@ class Figure:
     Attributes
     ----------
     value : float
-        Best value; of a figure that is not resolved the middle of what it may be, or noise.
+        Best value; NaN of a figure that has none: one known between two ends alone, the angle of a
+        peak that is noise. 0 with an `upper_bound` is what was not seen.
     standard_error : float
         One standard deviation, from leaving out one of 64 groups of paths at a time, together with
-        `wavelength_error`.
+        `wavelength_error`; NaN where the figure is not resolved.
     unit : str
         `1`, `deg`, ...
     more : dict
@@ -53,6 +54,9 @@ class Figure:
         Name in the results; empty for what was computed of figures.
     is_difference : bool
         True of a change of the figure, in which percentages differ by points.
+    estimate : (float, float)
+        Value and standard error as computed, also where they do not stand for the figure: the middle
+        of what it may be, or noise.
 
     Examples
     --------
@@ -72,6 +76,20 @@ class Figure:
     wavelength_error: float = 0.0
     key: str = ""
     is_difference: bool = False
+    estimate: tuple[float, float] = (math.nan, math.nan)
+
+    def __post_init__(self) -> None:
+        if math.isnan(self.estimate[0]):
+            object.__setattr__(self, "estimate", (self.value, self.standard_error))
+        if not self.is_resolved:
+            object.__setattr__(self, "standard_error", math.nan)
+            if self.upper_bound is None:
+                object.__setattr__(self, "value", math.nan)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        # One NaN, so that copies are equal.
+        self.__post_init__()
 
     @property
     def is_resolved(self) -> bool:
@@ -89,8 +107,7 @@ class Figure:
 
     def __str__(self) -> str:
         return _native.shown_figure(
-            self.value,
-            self.standard_error,
+            *self.estimate,
             self.key,
             self.unit,
             self.interval,
@@ -148,7 +165,8 @@ class Figure:
         may_vanish = not other.is_resolved and other._ends[0] <= 0.0 <= other._ends[1]
         if sign == "/" and may_vanish:
             _checks.refuse("divisor", "a figure away from 0", str(other))
-        value, unit = apply(self.value, other.value), _unit(self.unit, other.unit, sign)
+        value = apply(self.estimate[0], other.estimate[0])
+        unit = _unit(self.unit, other.unit, sign)
         if self.is_resolved and other.is_resolved:
             each = list(zip(slopes(self.value, other.value), (self, other)))
             error = math.hypot(*(slope * one.standard_error for slope, one in each))

@@ -168,18 +168,6 @@ class Polygon:
 
     __repr__ = _show.brief
 
-    def _stands_on(self, z: float, slack: float) -> bool:
-        """True where an edge lies in the plane at depth `z`."""
-        at = np.abs(self.points_um[:, 1] - z) <= slack
-        long = np.abs(np.diff(self.points_um[:, 0], append=self.points_um[0, 0])) > slack
-        return bool((at & np.roll(at, -1) & long).any())
-
-    def _is_layer(self, period: float) -> bool:
-        """True for a rectangle over the whole period."""
-        x, z = self.points_um.T
-        area = 0.5 * abs(float(np.sum(x * np.roll(z, -1) - np.roll(x, -1) * z)))
-        return np.ptp(x) >= 0.999999 * period and area >= 0.999999 * float(np.ptp(x) * np.ptp(z))
-
 
 @dataclass(frozen=True, init=False)
 class Relief:
@@ -326,22 +314,20 @@ class Relief:
         points = np.stack([period * number / count, depth * np.sin(half_turn) ** 2], axis=1)
         return cls._on(base, period, points, ridge, groove)
 
-    def _floating(self, top: Material, bottom: Material) -> Material | None:
-        """Material of polygons that is one of a half-space, none of which stands on it."""
-        slack = 1e-9 * max(self.depth_um, self.period_um)
-        for one in self.polygons:
-            if one.material._is_same(self.background):
-                continue
-            planes = [
-                z
-                for z, there in ((0.0, top), (self.depth_um, bottom))
-                if there._is_same(one.material)
-            ]
-            alike = [other for other in self.polygons if other.material._is_same(one.material)]
-            stands = any(other._stands_on(z, slack) for other in alike for z in planes)
-            if planes and not stands and not one._is_layer(self.period_um):
-                return one.material
-        return None
+    def _floating(self, top: Material, bottom: Material) -> tuple[list[str], str] | None:
+        """Half-spaces of whose material ridges are that do not stand there, and the warning."""
+        known: list[Material] = []
+
+        def number(material: Material) -> int:
+            for place, one in enumerate(known):
+                if one._is_same(material):
+                    return place
+            known.append(material)
+            return len(known) - 1
+
+        around = (number(self.background), number(top), number(bottom))
+        each = [(number(p.material), p.material.name, p.points_um.tolist()) for p in self.polygons]
+        return _native.floating_ridges(self.period_um, self.depth_um, around, each)
 
     def plot(self, ax: Any = None) -> Any:
         """Draws the cross-section with matplotlib; returns the axes."""
@@ -405,11 +391,9 @@ class Grating:
                 stacklevel=2,
             )
         if floating is not None:
-            where = " or ".join(s for s in get_args(Side) if getattr(self, s)._is_same(floating))
+            sides, words = floating
             warnings.warn(
-                f"the ridges of {floating.name} float: none stands on the {where} half-space, which is of "
-                f"the same material; base={where.split()[-1]!r} of Relief.triangle, steps or sinusoid "
-                "places them there",
+                f"{words}; base={sides[-1]!r} of Relief.triangle, steps or sinusoid places them there",
                 ReliefWarning,
                 stacklevel=2,
             )

@@ -37,6 +37,7 @@ import numpy.typing as npt
 
 from . import _checks, _native, _show
 from ._checks import Floats
+from .errors import ConvergenceWarning
 from .gratings import Base, Grating, Index, Material, Polygon, Relief, Side
 
 __all__ = [
@@ -105,7 +106,8 @@ class Solution:
     orders, slices : int
         Highest order kept and slices of the relief; of several wavelengths the largest.
     estimated_error : float or None
-        Estimated error where a tolerance was given; of several wavelengths the largest.
+        Largest error of an efficiency, estimated; of several wavelengths the largest. Infinite where
+        nothing finer can be solved, None with ``estimate=False``.
     energy_residual : float
         Largest \\|R + T - 1\\|. With loss the largest R + T - 1, or 0 where none is above 0; what is
         missing is `absorbed`.
@@ -269,6 +271,7 @@ def solve(
     tolerance: float | None = None,
     side: Side = "top",
     jones: bool = False,
+    estimate: bool = True,
     threads: int | None = None,
     polarization: Polarisation | None = None,
 ) -> Solution:
@@ -296,6 +299,9 @@ def solve(
         Half-space that the light comes from; its index is real.
     jones : bool
         Whether Jones matrices are wanted too; not for metals with slanted walls.
+    estimate : bool
+        With `orders`: whether a third more orders and slices are solved too, which take three
+        quarters of the time and give the estimated error.
     threads : int, optional
         Threads of this call; results do not depend on them.
     polarization : str, optional
@@ -311,7 +317,13 @@ def solve(
     batwing.InputError
         An argument out of its range, fewer orders than propagate, more than fit into memory.
     batwing.ConvergenceError
-        A tolerance out of reach.
+        A tolerance of which nothing is reached.
+
+    Warns
+    -----
+    batwing.ConvergenceWarning
+        A tolerance that is not reached: the best result, with its error; given orders whose error is
+        above 0.5.
 
     Notes
     -----
@@ -344,6 +356,7 @@ def solve(
                 "tolerance": tolerance,
                 "side": side,
                 "jones": jones,
+                "estimate": estimate,
                 "threads": threads,
             },
         )
@@ -360,18 +373,21 @@ def solve(
         order, slice_count, _ = grating._resolve(wavelength, orders, slices, tolerance, threads)
     kx, ky, azimuth = _rows(grating._index(side, wavelength).real, theta, phi)
     shape = theta.shape
-    upper, lower, matrices, residual, problems, found = interface.solve(
+    upper, lower, matrices, residual, problems, found, warning = interface.solve(
         side == "top",
         kx,
         ky,
         azimuth,
         order,
         slice_count,
+        estimate,
         tolerance,
         jones,
         threads,
     )
     order, slice_count, error = found
+    if warning is not None:
+        _show.warn(warning, ConvergenceWarning)
     if side == "bottom":
         upper, lower = lower, upper
         matrices = None if matrices is None else (matrices[1], matrices[0])
@@ -555,6 +571,7 @@ def jones(
         tolerance=tolerance,
         side=side,
         jones=True,
+        estimate=False,
         threads=threads,
     )
     assert found.jones_reflected is not None and found.jones_transmitted is not None
@@ -871,8 +888,7 @@ def solve_case(
     else:
         name, text = os.fspath(case), _checks.text(case)
     solved: dict[str, Any] = json.loads(_native.solve_case(name, text, _checks.threads(threads)))
-    warning = solved.pop("warning")
-    if warning:
+    for warning in solved.pop("warnings"):
         _show.warn(str(warning))
     return solved
 

@@ -82,14 +82,16 @@ pub(super) fn check(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
     let size = bounds.size().max_element();
     let search = CrossingSearch { space, lines, size, whole };
     let mut rng = random::stream(0x0c20_551e, 0);
-    let count = if whole { LINES.max(LINES_OF_EACH * solids.len()) } else { LINES };
-    for number in 0..count {
+    for number in 0..LINES {
         // Half of the lines through the whole body, the others through the solids in turn.
         let through =
             if number % 2 == 0 { bounds } else { solids[number / 2 % solids.len()].shape.bounds() };
-        let share =
-            DVec3::new(random::unit(&mut rng), random::unit(&mut rng), random::unit(&mut rng));
-        search.follow(through.low + share * through.size(), &mut rng)?;
+        search.follow(point_in(&through, &mut rng), &mut rng)?;
+    }
+    if whole && LINES_OF_EACH * solids.len() > LINES {
+        for solid in &solids {
+            search.within(&solid.shape.bounds(), &mut rng)?;
+        }
     }
     let places = search.places();
     for place in places.iter().step_by(places.len().div_ceil(PLACES).max(1)) {
@@ -101,6 +103,12 @@ pub(super) fn check(space: &Space<'_>, lines: &Lines) -> Result<(), Error> {
         }
     }
     search.balls(&mut rng)
+}
+
+/// A point of a box.
+fn point_in(bounds: &Bounds, rng: &mut impl Rng) -> DVec3 {
+    let share = DVec3::new(random::unit(rng), random::unit(rng), random::unit(rng));
+    bounds.low + share * bounds.size()
 }
 
 /// True if a surface is that of a closed solid.
@@ -154,11 +162,35 @@ impl<'a> CrossingSearch<'a> {
         Ok(())
     }
 
-    /// All crossings of a ray, in order.
-    fn crossings(&self, ray: &Ray) -> Vec<LineCrossing<'a>> {
+    /// Follows lines through points of the box of a solid, as far as the box reaches: of many solids
+    /// few are in it.
+    fn within(&self, bounds: &Bounds, rng: &mut impl Rng) -> Result<(), Error> {
+        let bounds = bounds.padded(THICKNESS * self.size);
+        let near = self.space.surfaces.iter().filter(|s| s.shape.bounds().overlaps(&bounds));
+        let near: Vec<&CompiledSurface> = near.collect();
+        for _ in 0..LINES_OF_EACH {
+            let direction = random::isotropic(rng);
+            let through = point_in(&bounds, rng);
+            let ray = Ray { origin: through - direction * (4.0 * self.size), direction };
+            let Some([from, to]) = bounds.span(ray.origin, direction.recip(), Reach::AHEAD) else {
+                continue;
+            };
+            let met = self.crossings(&near, &ray, Reach { from, to });
+            self.judge(&met, &ray, None)?;
+        }
+        Ok(())
+    }
+
+    /// All crossings of a ray with these surfaces, in order.
+    fn crossings(
+        &self,
+        surfaces: &[&'a CompiledSurface],
+        ray: &Ray,
+        within: Reach,
+    ) -> Vec<LineCrossing<'a>> {
         let mut all = Vec::new();
-        for surface in self.space.surfaces {
-            let mut reach = Reach::AHEAD;
+        for &surface in surfaces {
+            let mut reach = within;
             while let Some(hit) = surface.shape.intersect(ray, reach, Sides::Both) {
                 let (_, normal) = surface.shape.settle(ray.at(hit.distance), hit.primitive);
                 let (before, behind) = (hit.side.index(), hit.side.opposite().index());
@@ -246,25 +278,37 @@ impl<'a> CrossingSearch<'a> {
     /// Follows the line through a point in this direction.
     fn along(&self, through: DVec3, direction: DVec3) -> Result<(), Error> {
         let ray = Ray { origin: through - direction * (4.0 * self.size), direction };
-        let met = self.crossings(&ray);
+        let surfaces: Vec<&CompiledSurface> = self.space.surfaces.iter().collect();
+        let met = self.crossings(&surfaces, &ray, Reach::AHEAD);
+        let borders_world = surfaces.iter().any(|s| s.regions.contains(&Region::World));
+        let outside = if borders_world { Region::World } else { Region::Opaque };
+        self.judge(&met, &ray, Some(outside))
+    }
+
+    /// Judges the crossings of a line that begins in `outside`, or anywhere.
+    fn judge(
+        &self,
+        met: &[LineCrossing<'a>],
+        ray: &Ray,
+        outside: Option<Region>,
+    ) -> Result<(), Error> {
         if self.whole {
-            self.opaque_apart(&met, &ray)?;
+            self.opaque_apart(met, ray)?;
         }
         // Crossings closer together than a cut have no order.
         let apart = |a: &LineCrossing<'_>, b: &LineCrossing<'_>| {
             (b.distance - a.distance) * a.cos.min(b.cos) > THICKNESS * self.size
         };
         let clusters: Vec<&[LineCrossing<'a>]> = met.chunk_by(|a, b| !apart(a, b)).collect();
-        let borders_world = self.space.surfaces.iter().any(|s| s.regions.contains(&Region::World));
         let mut before: Option<&[LineCrossing<'a>]> = None;
         for cluster in clusters {
             let behind: Vec<Region> = match before {
                 Some(before) => before.iter().map(|met| met.regions[1]).collect(),
-                None if borders_world => vec![Region::World],
-                None => vec![Region::Opaque],
+                None => outside.into_iter().collect(),
             };
             let opaque = |region: &Region| *region == Region::Opaque;
-            let fits = behind.iter().any(opaque)
+            let fits = behind.is_empty()
+                || behind.iter().any(opaque)
                 || cluster.iter().any(|met| {
                     let front = met.regions[0];
                     opaque(&front) || behind.contains(&front)
@@ -273,7 +317,7 @@ impl<'a> CrossingSearch<'a> {
             let judged =
                 cluster.iter().all(counts) && before.is_none_or(|before| before.iter().all(counts));
             if self.whole {
-                self.told_apart(cluster, &ray)?;
+                self.told_apart(cluster, ray)?;
             }
             if !fits && judged {
                 let at = ray.at(cluster[0].distance);
@@ -373,8 +417,10 @@ impl<'a> CrossingSearch<'a> {
         let mut places = Vec::new();
         for (number, surface) in self.space.surfaces.iter().enumerate() {
             let others = self.space.surfaces.iter().enumerate();
+            let bounds = surface.shape.bounds();
+            let near = |s: &CompiledSurface| s.shape.bounds().overlaps(&bounds);
             let others: Vec<&CompiledSurface> =
-                others.filter(|(k, _)| *k != number).map(|(_, s)| s).collect();
+                others.filter(|(k, s)| *k != number && near(s)).map(|(_, s)| s).collect();
             let mut try_edge = |[from, to]: [DVec3; 2]| {
                 let length = from.distance(to);
                 let ray = Ray { origin: from, direction: (to - from) / length };
