@@ -11,7 +11,11 @@ use crate::support::runs::contents;
 const DESIGN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../data/designs/d1.toml");
 
 fn compared(folder: &Path, out: &str, threads: &str) -> serde_json::Value {
-    let rings = ["full-wave", DESIGN, "--rings", "2", "--ring-width-um", "2"];
+    json_of(folder, DESIGN, out, threads)
+}
+
+fn json_of(folder: &Path, design: &str, out: &str, threads: &str) -> serde_json::Value {
+    let rings = ["full-wave", design, "--rings", "2", "--ring-width-um", "2"];
     let rest = ["--paths", "2e4", "--sources", "4", "--tolerance", "1e-4", "--threads", threads];
     let arguments: Vec<&str> = rings.into_iter().chain(rest).chain(["--out", out]).collect();
     json(folder, &arguments)
@@ -57,32 +61,34 @@ fn corners_are_scaled_with_their_rings() {
     }
 }
 
-/// The models as they are stand among the variants with the distances of the comparison; the distance
-/// of a reference from itself is 0.
+/// A dome without relief is compared by itself, by rings of the same size or in steps of the design's,
+/// and is what stands beside a dome with relief.
 #[test]
-fn assumptions_are_separated_from_the_same_full_wave() {
+fn a_smooth_dome_is_its_own_comparison_and_the_baseline_of_others() {
     let folder = tempdir().expect("a folder");
-    let rings = ["full-wave", DESIGN, "--rings", "2", "--ring-width-um", "2", "--separate"];
-    let rest = ["--paths", "2e4", "--sources", "4", "--tolerance", "1e-4", "--out", "out"];
-    let said = json(folder.path(), &[&rings[..], &rest].concat());
-    let separated = said["separated"].as_array().expect("variants");
-    let number = |variant: &str, key: &str| {
-        let found = separated.iter().find(|one| one["variant"] == variant);
-        found.expect("the variant")[key].as_f64().expect("a number")
-    };
-    assert_eq!(separated.len(), 12);
-    let distances = said["comparison"]["distances"].as_array().expect("distances");
-    for model in ["hybrid", "rays"] {
-        let in_bins = |one: &&serde_json::Value| one["model"] == model && one["bin_deg"] == 2.5;
-        let distance = distances.iter().find(in_bins).expect("the distance");
-        assert_eq!(distance["rms"], number(model, "rms"), "{model}");
+    let text = std::fs::read_to_string(DESIGN).expect("the design");
+    let [begin, end] = ["[elements]", "[silicone]"].map(|key| text.find(key).expect("the table"));
+    let smooth = [&text[..begin], &text[end..]].concat();
+    let hybrid = smooth.find("[hybrid]").expect("the table");
+    let after = hybrid + smooth[hybrid..].find("[trace]").expect("the table");
+    let smooth = [&smooth[..hybrid], &smooth[after..]].concat();
+    std::fs::write(folder.path().join("smooth.toml"), smooth).expect("a design");
+    let steps = compared(folder.path(), "steps", "2");
+    let alone = json_of(folder.path(), "smooth.toml", "alone", "2");
+    let [own, beside] = [&alone["comparison"], &steps["baseline"]];
+    assert_eq!(own["unknowns"], beside["unknowns"]);
+    for i in 0..3 {
+        let [own, beside] =
+            [own, beside].map(|dome| dome["distances"][i]["rms"].as_f64().expect("a distance"));
+        assert!((own / beside - 1.0).abs() < 1e-3, "{own} and {beside}");
     }
-    assert!(number("mirror_as_power", "rms_mirror_as_power").abs() < 1e-15);
-    for variant in ["mirror_as_power", "rings_as_powers", "chords", "smooth_again"] {
-        assert!(number(variant, "rms") > 1e-3, "{variant}");
-    }
-    let again = number("hybrid", "met_again");
-    assert!((0.01..0.9).contains(&again), "{again}");
+    assert!(alone["baseline"].is_null());
+    let sets = steps["places_um"].as_array().expect("sets");
+    assert!(sets.len() == 12 && sets.iter().all(|set| set.as_array().map(Vec::len) == Some(2)));
+    let verdict = alone["verdict"].as_str().expect("a verdict");
+    assert!(verdict.ends_with("with no relief at all"), "{verdict}");
+    let verdict = steps["verdict"].as_str().expect("a verdict");
+    assert!(verdict.contains("baseline, the smooth dome of this size by rays"), "{verdict}");
 }
 
 /// The part of `page` with the comparison.
@@ -114,14 +120,14 @@ fn the_page_shows_the_comparison_where_there_is_one() {
     for part in [section(&alone), section(&both)] {
         for words in [
             outcome.as_str(),
-            "2 rings of 2 µm, radius 4 µm, 550 nm; 4 line sources",
+            "2 rings of 2 µm, radius 4 µm, 550 nm; 24 line sources",
             "losses, films, solids and neighbours",
             "<th scope=\"col\">r.m.s. beyond noise</th>",
             "role=\"img\"",
         ] {
             assert!(part.contains(words), "no {words} in {part}");
         }
-        assert_eq!(part.matches("<th scope=\"row\">").count(), 6);
+        assert_eq!(part.matches("<th scope=\"row\">").count(), 9);
     }
     assert!(both.contains("<a href=\"#full-wave\">"));
     let table = at("one/far_field.csv");

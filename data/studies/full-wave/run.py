@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Distances of hybrid and rays from full wave: four reliefs, rings of 2 to 20 µm.
+"""Distances of hybrid and rays from full wave, beside those of rays in the smooth dome of the same size.
 
     python3 data/studies/full-wave/run.py [FOLDER]
 
-From the root of the repository. Prints a table and writes it into FOLDER as full-wave.csv and full-wave.svg;
-rows that lie there are kept. Some hour and a half on two cores. The binary is target/release/batwing, or the one
-that BATWING names.
+From the root of the repository. Prints a table and writes it into FOLDER as full-wave.csv and full-wave.svg after
+every row; rows that lie there are kept. Two hours on two cores, most of it for the last two rows. The binary is
+target/release/batwing, or the one that BATWING names.
 """
 
 import csv
@@ -27,16 +27,13 @@ DESIGNS = {
     "d3-by-waves": "gallery/d3-by-waves/design.toml",
 }
 COLOURS = {"d1": "#00798c", "d2": "#d1495b", "d3": "#edae49", "d3-by-waves": "#66a182"}
-# Design, offset of the LED from the axis in mm, rings a side, their width in µm.
-ROWS = [(design, 0.0, 8, width) for design in ("d1", "d2", "d3") for width in (2, 3, 5)]
-ROWS += [("d1", 0.0, 16, width) for width in (2, 5)]
-ROWS += [("d1", 0.0, 34, 2), ("d2", 0.0, 16, 2), ("d3", 0.0, 16, 2), ("d2", 0.0, 34, 2)]
+# Design, offset of the LED from the axis in mm, rings a side, their width in µm; small domes first.
+ROWS = [(design, 0.0, 8, 2) for design in DESIGNS] + [("d1", 0.4, 8, 3)]
+ROWS += [(design, 0.0, 16, 2) for design in ("d1", "d2", "d3")]
+ROWS += [(design, 0.0, 8, 5) for design in DESIGNS]
+ROWS += [(design, 0.0, 34, 2) for design in ("d1", "d2")]
 ROWS += [(design, 0.0, 8, 10) for design in ("d1", "d2", "d3")]
-ROWS += [("d1", 0.0, 34, 10), ("d2", 0.0, 34, 10), ("d1", 0.0, 8, 20)]
-ROWS += [("d3-by-waves", 0.0, 8, width) for width in (2, 5)]
-ROWS += [(design, 0.4, 8, 3) for design in ("d1", "d2")]
-# Full wave, hybrid and rays with one assumption more or less, in two small domes.
-SEPARATE = [("d1", 4, 3), ("d2", 6, 2)]
+ROWS += [("d1", 0.0, 8, 20), ("d1", 0.0, 34, 10), ("d2", 0.0, 34, 10)]
 
 
 def design_file(folder, name, offset_mm):
@@ -60,22 +57,38 @@ def distances(folder, name, offset_mm, rings, width_um):
         # A quarter of an hour with 34 rings of 10 µm; 1e-4 of the largest bin is far below chance.
         command += ["--tolerance", "1e-4"] if rings * width_um > 100 else []
         subprocess.run(command, check=True)
-    found = json.loads((at / "full_wave.json").read_text())["comparison"]
-    row = {"design": name, "offset_mm": offset_mm, "rings": rings, "width_um": width_um,
-           "balance": found["balance"]}
-    for distance in found["distances"]:
-        key = f"{distance['model']}_{distance['bin_deg']:g}"
-        row[f"{key}_deg"] = 100 * distance["rms"]
-        row[f"{key}_deg_chance"] = 100 * distance["noise"]
+    file = json.loads((at / "full_wave.json").read_text())
+    own, smooth = file["comparison"], file["baseline"]
+    row = {"design": name, "offset_mm": offset_mm, "rings": rings, "width_um": width_um, "sources": file["sources"],
+           "balance": max(own["balance"], smooth["balance"])}
+    squares = {f"{distance['model']}_{distance['bin_deg']:g}_deg": distance for distance in own["distances"]}
+    squares |= {f"smooth_{distance['bin_deg']:g}_deg": distance for distance in smooth["distances"]
+                if distance["model"] == "rays"}
+    for key, distance in squares.items():
+        row |= root(key, distance["square"], distance["square_error"])
     for model in ("hybrid", "rays"):
-        row[f"{model}_2.5_deg_within_80"] = 100 * within(found, model, 2.5, 80.0)
+        pair = [squares[f"{of}_2.5_deg"] for of in (model, "smooth")]
+        row |= root(f"{model}_above_smooth", pair[0]["square"] - pair[1]["square"],
+                    math.hypot(*(distance["square_error"] for distance in pair)))
+    for model, fields in (("hybrid", own), ("rays", own), ("smooth", smooth)):
+        row[f"{model}_2.5_deg_within_80"] = 100 * within(fields, model.replace("smooth", "rays"), 2.5, 80.0)
+    for field in own["far_fields"]:
+        for key in ("centre_to_peak", "centre_to_peak_error"):
+            row[f"{field['model']}_{key}"] = 100 * field["figures"][key]
     return row
 
 
-def within(found, model, width_deg, most_deg):
+def root(key, square, error):
+    """The root of a mean square in percent and its error, or what it is below with none, as the program states it."""
+    if square > 2 * error:
+        return {key: 100 * math.sqrt(square), f"{key}_error": 50 * error / math.sqrt(square)}
+    return {key: 100 * math.sqrt(max(square, 0) + 2 * error), f"{key}_error": ""}
+
+
+def within(comparison, model, width_deg, most_deg):
     """The r.m.s. distance of a model, chance included, in bins whose middle is less than an angle from the axis,
     over the largest bin."""
-    fields = {field["model"]: field["bins"] for field in found["far_fields"]}
+    fields = {field["model"]: field["bins"] for field in comparison["far_fields"]}
     together = round(width_deg / (180 / len(fields["full_wave"])))
     bins = {name: [sum(fine[i:i + together]) for i in range(0, len(fine), together)]
             for name, fine in fields.items()}
@@ -83,24 +96,6 @@ def within(found, model, width_deg, most_deg):
     near = [one - other for k, (one, other) in enumerate(pairs)
             if abs((k + 0.5) * width_deg - 90) < most_deg]
     return math.sqrt(sum(d * d for d in near) / len(near)) / max(bins["full_wave"])
-
-
-def beyond_chance(row, model):
-    """The distance of a model in bins of 2.5 degrees less what chance makes of it, and chance."""
-    rms, chance = row[f"{model}_2.5_deg"], row[f"{model}_2.5_deg_chance"]
-    return math.sqrt(max(rms * rms - chance * chance, 0.0)), chance
-
-
-def is_resolved(row, model):
-    """True of a distance above twice the chance."""
-    beyond, chance = beyond_chance(row, model)
-    return beyond > 2 * chance
-
-
-def shown(row, model):
-    """That distance, or twice the chance, which it lies below."""
-    beyond, chance = beyond_chance(row, model)
-    return max(beyond, 2 * chance)
 
 
 def panel(rows, left, title, label, ends, ticks, place):
@@ -124,22 +119,24 @@ def panel(rows, left, title, label, ends, ticks, place):
     for row in rows:
         colour = COLOURS[row["design"]]
         beside = 6 * (list(DESIGNS).index(row["design"]) - 1.5)
-        ends_of_line = [at(place(row), shown(row, model)) for model in ("hybrid", "rays")]
-        (x, hybrid), (_, rays) = ends_of_line
-        x += beside
-        marks.append(f'<path d="M{x:.1f} {hybrid:.1f}V{rays:.1f}" stroke="{colour}"/>')
-        for y, fill, model in ((hybrid, colour, "hybrid"), (rays, "#fff", "rays")):
-            pen = f'fill="{fill}" stroke="{colour}" stroke-width="2"'
-            if is_resolved(row, model):
-                marks.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" {pen}/>')
-            else:
+        models = ("hybrid", "rays", "smooth")
+        heights = [at(place(row), row[f"{model}_2.5_deg"])[1] for model in models]
+        x = at(place(row), 0)[0] + beside
+        marks.append(f'<path d="M{x:.1f} {heights[0]:.1f}V{heights[1]:.1f}" stroke="{colour}"/>')
+        for y, fill, model in zip(heights, (colour, "#fff", "#bbb"), models):
+            pen = f'fill="{fill}" stroke="{colour if model != "smooth" else "#555"}" stroke-width="2"'
+            if row[f"{model}_2.5_deg_error"] == "":
                 marks.append(f'<path d="M{x - 6:.1f} {y:.1f}h12l-6 10z" {pen}/>')
+            elif model == "smooth":
+                marks.append(f'<path d="M{x - 6:.1f} {y:.1f}h12" {pen}/>')
+            else:
+                marks.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" {pen}/>')
     return marks
 
 
 def picture(rows, file):
-    """Distances of hybrid (filled) and rays (open) over the width and the number of rings, as SVG; triangles
-    are bounds."""
+    """Distances of hybrid (filled), rays (open) and rays in the smooth dome (grey bars) over the width and the
+    number of rings, as SVG; triangles are bounds."""
     rows = [row for row in rows if not row["offset_mm"]]
     marks = panel([row for row in rows if row["rings"] == 8], 70, "8 rings a side",
                   "ring width / wavelength", (3, 45), (4, 6, 10, 18, 36), lambda row: row["width_um"] / WAVELENGTH_UM)
@@ -153,7 +150,8 @@ def picture(rows, file):
                   f'<circle cx="{x + 16}" cy="{y}" r="5" fill="#fff" stroke="{colour}" stroke-width="2"/>',
                   f'<text x="{x + 30}" y="{y + 5}">{name}</text>']
     marks += ['<text x="1125" y="180">filled: hybrid</text>', '<text x="1125" y="198">open: rays</text>',
-              '<text x="1125" y="216">triangle: below</text>',
+              '<text x="1125" y="216">bar: smooth dome</text>',
+              '<text x="1125" y="234">triangle: below</text>',
               '<text transform="translate(22 230) rotate(-90)" text-anchor="middle">'
               "distance from full wave (% of the largest bin)</text>"]
     file.write_text('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1260 470" '
@@ -164,22 +162,15 @@ def picture(rows, file):
 def main():
     folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "full-wave")
     folder.mkdir(parents=True, exist_ok=True)
-    for design, rings, width_um in SEPARATE:
-        out = folder / f"separate-{design}"
-        if not (out / "full_wave.json").is_file():
-            command = [BATWING, "full-wave", str(ROOT / "data" / DESIGNS[design]), "--rings", str(rings),
-                       "--ring-width-um", str(width_um), "--sources", "60", "--tolerance", "1e-4",
-                       "--paths", "2e5", "--separate", "--out", str(out)]
-            subprocess.run(command, check=True)
     rows = []
     for row in ROWS:
         rows.append(distances(folder, *row))
         print(*(f"{v:.3g}" if isinstance(v, float) else v for v in rows[-1].values()), flush=True)
-    with open(folder / "full-wave.csv", "w", newline="") as out:
-        table = csv.DictWriter(out, rows[0].keys())
-        table.writeheader()
-        table.writerows(rows)
-    picture(rows, folder / "full-wave.svg")
+        with open(folder / "full-wave.csv", "w", newline="") as out:
+            table = csv.DictWriter(out, rows[0].keys())
+            table.writeheader()
+            table.writerows(rows)
+        picture(rows, folder / "full-wave.svg")
 
 
 if __name__ == "__main__":

@@ -37,17 +37,6 @@ impl Display for Polarisation {
 /// Bytes of a GiB.
 const GIB: f64 = 1_073_741_824.0;
 
-/// Sign of what the mirror reflects.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mirror {
-    /// A perfect conductor.
-    Electric,
-    /// The opposite sign. The mean power of both is that of the body and its image in free space,
-    /// lit from one half, with the far field below the plane added to that above: light by way of
-    /// the mirror adds as power.
-    Magnetic,
-}
-
 /// Light that a body meets.
 enum Light<'a> {
     /// Places of line sources inside.
@@ -195,23 +184,10 @@ impl Body {
         polarisation: Polarisation,
         sources: &[[f64; 2]],
     ) -> Result<Field, FullWaveError> {
-        self.solve_above(Mirror::Electric, polarisation, sources)
-    }
-
-    /// As [`solve`](Self::solve), above a mirror of either kind.
-    ///
-    /// # Errors
-    /// Those of [`solve`](Self::solve).
-    pub fn solve_above(
-        &self,
-        mirror: Mirror,
-        polarisation: Polarisation,
-        sources: &[[f64; 2]],
-    ) -> Result<Field, FullWaveError> {
         self.check_sources(sources)?;
         let scale = TAU / self.wavelength;
         let scaled: Vec<[f64; 2]> = sources.iter().map(|s| [s[0] * scale, s[1] * scale]).collect();
-        Ok(self.lit(mirror, polarisation, &Light::Lines(&scaled))?.with_sources(scaled))
+        Ok(self.lit(polarisation, &Light::Lines(&scaled))?.with_sources(scaled))
     }
 
     /// Field of plane waves of unit amplitude from outside that travel at `angles` from z towards
@@ -225,15 +201,10 @@ impl Body {
         polarisation: Polarisation,
         angles: &[f64],
     ) -> Result<Field, FullWaveError> {
-        self.lit(Mirror::Electric, polarisation, &Light::Planes(angles))
+        self.lit(polarisation, &Light::Planes(angles))
     }
 
-    fn lit(
-        &self,
-        mirror: Mirror,
-        polarisation: Polarisation,
-        light: &Light,
-    ) -> Result<Field, FullWaveError> {
+    fn lit(&self, polarisation: Polarisation, light: &Light) -> Result<Field, FullWaveError> {
         let index = self.index;
         let weight = match polarisation {
             Polarisation::Te => [1.0, 1.0],
@@ -241,14 +212,11 @@ impl Body {
         };
         let media = Media { index, weight };
         // The tangential electric field vanishes on the mirror.
-        let mirror =
-            match (self.outline.surroundings, polarisation, mirror) {
-                (Surroundings::Free, ..) => 0.0,
-                (_, Polarisation::Te, Mirror::Electric)
-                | (_, Polarisation::Tm, Mirror::Magnetic) => -1.0,
-                (_, Polarisation::Tm, Mirror::Electric)
-                | (_, Polarisation::Te, Mirror::Magnetic) => 1.0,
-            };
+        let mirror = match (self.outline.surroundings, polarisation) {
+            (Surroundings::Free, _) => 0.0,
+            (Surroundings::Mirror, Polarisation::Te) => -1.0,
+            (Surroundings::Mirror, Polarisation::Tm) => 1.0,
+        };
         let parities = self.parities();
         let right: Vec<CMat> = parities
             .par_iter()
@@ -261,8 +229,7 @@ impl Body {
             let system = System::new(&self.mesh, &media, parities, mirror, &blocks);
             densities.extend(system.solve(right)?);
         }
-        let unit = TAU / self.wavelength;
-        Ok(Field::new(self.mesh.clone(), media, mirror, unit, parities, densities))
+        Ok(Field::new(self.mesh.clone(), media, mirror, parities, densities))
     }
 
     /// Least distance of a source from the outline, in the unit of the outline: three quarters of a

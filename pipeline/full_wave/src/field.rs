@@ -23,7 +23,7 @@ struct PlaneWaves<'a> {
     directions: &'a [[f64; ANGLES]; 2],
     node: &'a Node,
     /// With their sign.
-    images: Vec<(Reflection, f64)>,
+    images: &'a [(Reflection, f64)],
 }
 
 impl WithSimd for PlaneWaves<'_> {
@@ -68,8 +68,6 @@ pub struct Field {
     mesh: Mesh,
     media: Media,
     mirror: f64,
-    /// The scale that multiplies lengths of the outline.
-    unit: f64,
     /// Places of line sources; none for plane waves.
     sources: Vec<[f64; 2]>,
     /// Parity and densities, a column a source.
@@ -81,12 +79,11 @@ impl Field {
         mesh: Mesh,
         media: Media,
         mirror: f64,
-        unit: f64,
         parities: &[f64],
         densities: Vec<CMat>,
     ) -> Self {
         let parts = parities.iter().copied().zip(densities).collect();
-        Self { mesh, media, mirror, unit, sources: Vec::new(), parts }
+        Self { mesh, media, mirror, sources: Vec::new(), parts }
     }
 
     pub(crate) fn with_sources(self, sources: Vec<[f64; 2]>) -> Self {
@@ -168,43 +165,17 @@ impl Field {
 
     /// F with the far field (i/4) sqrt(2/(πkr)) exp(i(kr - π/4)) F, a row an angle.
     pub fn amplitudes(&self, angles: &[f64]) -> Vec<Vec<Complex64>> {
-        self.amplitudes_of(angles, &|_| true)
-    }
-
-    /// Share of the amplitudes that comes from the parts of the outline whose x is `kept`.
-    fn amplitudes_of(
-        &self,
-        angles: &[f64],
-        kept: &(impl Fn(f64) -> bool + Sync),
-    ) -> Vec<Vec<Complex64>> {
-        let sides: &[f64] = if self.parts.len() > 1 { &[1.0, -1.0] } else { &[1.0] };
-        let panels: Vec<usize> = (0..self.mesh.panels.len())
-            .filter(|&p| {
-                let mut nodes = self.mesh.panels[p].nodes.iter();
-                nodes.any(|node| sides.iter().any(|side| kept(side * node.point[0])))
-            })
-            .collect();
-        let count = self.parts[0].1.ncols();
-        let chosen: Vec<CMat> = self
-            .parts
-            .iter()
-            .map(|(_, columns)| {
-                let row = |i: usize| panels[i / PER_PANEL] * PER_PANEL + i % PER_PANEL;
-                let size = panels.len() * PER_PANEL;
-                CMat::from_fn(size, count, |i, j| columns[(row(i), j)])
-            })
-            .collect();
+        let (size, count) = (self.parts[0].1.nrows(), self.parts[0].1.ncols());
         let rows: Vec<Vec<Vec<Complex64>>> = angles
             .par_chunks(ANGLES)
             .map(|angles| {
                 let mut sum = CMat::zeros(angles.len(), count);
-                let size = panels.len() * PER_PANEL;
-                let mut waves = vec![CMat::zeros(angles.len(), size); chosen.len()];
-                self.plane_waves(angles, &panels, kept, |part, column, values| {
+                let mut waves = vec![CMat::zeros(angles.len(), size); self.parts.len()];
+                self.plane_waves(angles, |part, column, values| {
                     let column = waves[part].col_as_slice_mut(column);
                     column.copy_from_slice(&values[..angles.len()]);
                 });
-                for (columns, waves) in chosen.iter().zip(waves) {
+                for ((_, columns), waves) in self.parts.iter().zip(waves) {
                     sum += waves * columns;
                 }
                 (0..angles.len())
@@ -219,8 +190,6 @@ impl Field {
     fn plane_waves(
         &self,
         angles: &[f64],
-        panels: &[usize],
-        kept: &impl Fn(f64) -> bool,
         mut visit: impl FnMut(usize, usize, &[Complex64; ANGLES]),
     ) {
         let mut directions = [[0.0; ANGLES]; 2];
@@ -228,12 +197,11 @@ impl Field {
             (directions[0][i], directions[1][i]) = angle.sin_cos();
         }
         let [_, k] = self.media.index;
-        for (p, &panel) in panels.iter().enumerate() {
-            for (i, node) in self.mesh.panels[panel].nodes.iter().enumerate() {
-                let images = self.mesh.images.iter().copied();
-                let images = images.filter(|image| kept(image.of(node.point)[0]));
-                let images = images.map(|image| (image, image.sign(1.0, self.mirror))).collect();
-                let waves = PlaneWaves { k, directions: &directions, node, images };
+        let sign = |image: &Reflection| (*image, image.sign(1.0, self.mirror));
+        let images: Vec<(Reflection, f64)> = self.mesh.images.iter().map(sign).collect();
+        for (p, panel) in self.mesh.panels.iter().enumerate() {
+            for (i, node) in panel.nodes.iter().enumerate() {
+                let waves = PlaneWaves { k, directions: &directions, node, images: &images };
                 let [same, other] = Arch::new().dispatch(waves);
                 for (number, (parity, _)) in self.parts.iter().enumerate() {
                     // The derivative belongs to the field, the wave to its derivative.
@@ -256,33 +224,6 @@ impl Field {
     /// in the endless inner medium: a row a bin, a column a source. The far field is integrated by
     /// Gauss-Legendre panels that follow its fringes.
     pub fn bins(&self, edges: &[f64]) -> Vec<Vec<f64>> {
-        self.integrated(edges, |angles| self.intensity(angles))
-    }
-
-    /// As [`bins`](Self::bins), with the waves from the parts of the outline between the `breaks`
-    /// (x, ascending) added as powers, as if they had no common phase. Parts beside each other
-    /// interfere, so that the total is not that of all.
-    pub fn bins_apart(&self, edges: &[f64], breaks: &[f64]) -> Vec<Vec<f64>> {
-        let breaks: Vec<f64> = breaks.iter().map(|x| x * self.unit).collect();
-        self.integrated(edges, |angles| {
-            let mut sum = vec![vec![0.0; self.parts[0].1.ncols()]; angles.len()];
-            for part in 0..=breaks.len() {
-                let kept = |x: f64| breaks.partition_point(|b| *b < x) == part;
-                for (row, amplitudes) in sum.iter_mut().zip(self.amplitudes_of(angles, &kept)) {
-                    for (power, f) in row.iter_mut().zip(amplitudes) {
-                        *power += f.norm_sqr() * self.per_amplitude();
-                    }
-                }
-            }
-            sum
-        })
-    }
-
-    fn integrated(
-        &self,
-        edges: &[f64],
-        intensity: impl Fn(&[f64]) -> Vec<Vec<f64>>,
-    ) -> Vec<Vec<f64>> {
         let rule = rule();
         let size = self
             .mesh
@@ -306,7 +247,7 @@ impl Field {
             }
         }
         let mut bins = vec![vec![0.0; self.parts[0].1.ncols()]; edges.len().saturating_sub(1)];
-        for (row, (bin, weight)) in intensity(&angles).iter().zip(weights) {
+        for (row, (bin, weight)) in self.intensity(&angles).iter().zip(weights) {
             for (sum, value) in bins[bin].iter_mut().zip(row) {
                 *sum += weight * value;
             }

@@ -49,7 +49,7 @@ mod panel;
 mod quadrature;
 mod system;
 
-pub use body::{Body, Cost, Mirror, Polarisation, Resolution};
+pub use body::{Body, Cost, Polarisation, Resolution};
 pub use error::FullWaveError;
 pub use field::Field;
 pub use outline::Outline;

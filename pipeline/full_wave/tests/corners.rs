@@ -2,7 +2,7 @@
 //! Bodies with corners: energy and reciprocity, which nothing enforces, and refinement; what is
 //! refused.
 
-use full_wave::{Body, Field, FullWaveError, Mirror, Outline, Polarisation, Resolution};
+use full_wave::{Body, Field, FullWaveError, Outline, Polarisation, Resolution};
 
 const WAVELENGTH: f64 = 0.55;
 const INDEX: [f64; 2] = [1.41, 1.0];
@@ -67,41 +67,6 @@ fn check_laws(outline: &Outline) {
     }
 }
 
-/// A body and its image in free space, lit from one half: even and odd parts are those above either
-/// kind of mirror, and their powers add once the lower half is folded up.
-#[test]
-fn both_mirrors_together_are_the_doubled_body() {
-    let above = Outline::on_mirror([2.0, 0.0])
-        .line_to([2.0, 1.5])
-        .line_to([-2.0, 1.5])
-        .line_to([-2.0, 0.0]);
-    let doubled = Outline::closed([2.0, -1.5])
-        .line_to([2.0, 1.5])
-        .line_to([-2.0, 1.5])
-        .line_to([-2.0, -1.5])
-        .line_to([2.0, -1.5]);
-    let [half, whole] = [above, doubled]
-        .map(|outline| Body::new(&outline, WAVELENGTH, INDEX, Resolution::default()).unwrap());
-    let source = [[0.5, 0.7]];
-    let edges: Vec<f64> = (0..=24).map(|i| (-180.0 + 15.0 * f64::from(i)).to_radians()).collect();
-    for polarisation in [Polarisation::Te, Polarisation::Tm] {
-        let free = whole.solve(polarisation, &source).unwrap();
-        let mirrors = [Mirror::Electric, Mirror::Magnetic]
-            .map(|mirror| half.solve_above(mirror, polarisation, &source).unwrap());
-        let mean = |of: &dyn Fn(&Field) -> f64| 0.5 * (of(&mirrors[0]) + of(&mirrors[1]));
-        let emitted = mean(&|field| field.emitted()[0]);
-        assert!((emitted - free.emitted()[0]).abs() < 1e-8, "{emitted}");
-        let bins = free.bins(&edges);
-        for up in 6..18 {
-            // Angle θ below the plane is 180° - θ above it, and -180° - θ on the left.
-            let down = if up < 12 { 11 - up } else { 35 - up };
-            let expected = mean(&|field| field.bins(&edges[up..=up + 1])[0][0]);
-            let got = bins[up][0] + bins[down][0];
-            assert!((got - expected).abs() < 1e-8, "bin {up}: {got}, {expected}");
-        }
-    }
-}
-
 /// What a lossless body takes from a plane wave, Im F straight on, is what it scatters,
 /// ∫|F|² dθ / 8π.
 #[test]
@@ -117,16 +82,6 @@ fn a_plane_wave_loses_what_is_scattered() {
         let scattered = 0.25 * weight * field.radiated()[0];
         assert!((lost - scattered).abs() < 1e-8 * lost, "{lost}, {scattered}");
     }
-}
-
-#[test]
-fn parts_of_the_outline_add_up_to_one() {
-    let field = solve(&steps(), 8.0, Polarisation::Te);
-    let edges = [-1.0, 0.0, 0.7, 1.5];
-    close(&field.bins(&edges), &field.bins_apart(&edges, &[-9.0, 9.0]), 1e-12);
-    // Apart they have no common fringes.
-    let apart = field.bins_apart(&edges, &[-1.7, 0.0, 1.7]);
-    assert!((apart[1][0] / field.bins(&edges)[1][0] - 1.0).abs() > 1e-3);
 }
 
 #[test]

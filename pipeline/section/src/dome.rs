@@ -3,8 +3,8 @@
 
 use anyhow::{Result, ensure};
 use full_wave::Outline;
-use geometry::profile::{Elements, SphericalDome};
-use geometry::{BaseSurface, Chord, Curve, Meridian, Piece, Role, ring_cell};
+use geometry::profile::{Elements, Shape, SphericalDome};
+use geometry::{BaseSurface, Curve, Meridian, Piece, Role, ring_cell};
 
 /// Smooth surface that carries the relief.
 #[derive(Clone, Debug)]
@@ -29,10 +29,6 @@ impl Base {
             Self::Sphere(sphere) => [sphere.height_mm, sphere.radius_mm],
             Self::Curve(curve) => [curve.top_mm(), curve.radius_mm()],
         }
-    }
-
-    fn chord_mm(&self, width_mm: f64, ring: usize) -> f64 {
-        Chord::of(self.surface(), width_mm, ring).length_mm()
     }
 
     fn scaled(mut self, by: f64) -> Self {
@@ -78,7 +74,8 @@ pub struct Surface {
     pub start: [f64; 2],
     /// End, µm.
     pub end: [f64; 2],
-    /// Centre and radius of an arc, whose normal points away from the centre.
+    /// Centre and radius of an arc. The normal out of the dome points away from the centre, or to it
+    /// where the radius is negative.
     pub arc: Option<([f64; 2], f64)>,
     /// Ring, from 1, whose table scatters; rays of the geometry ignore it.
     pub ring: Option<usize>,
@@ -99,7 +96,7 @@ impl Section {
         index: [f64; 2],
     ) -> Result<Self> {
         let elements = relief.shapes.len();
-        ensure!(elements > 0, "dome: expected rings of relief, got a smooth dome");
+        ensure!(elements > 0, "relief: expected the shape of a ring, got none");
         ensure!(count > 0, "rings: expected at least 1, got 0");
         ensure!(
             width_um.is_finite() && width_um > 0.0,
@@ -117,6 +114,18 @@ impl Section {
         let section = Self { base, rings, wavelength_um, index };
         section.meridian()?;
         Ok(section)
+    }
+
+    /// The same dome without relief.
+    #[must_use]
+    pub fn smooth(&self) -> Self {
+        let shapes = vec![Shape::Smooth; self.rings()];
+        Self { rings: Elements { shapes, ..self.rings.clone() }, ..self.clone() }
+    }
+
+    /// True for a dome without relief.
+    pub fn is_smooth(&self) -> bool {
+        self.rings.shapes.iter().all(|shape| *shape == Shape::Smooth)
     }
 
     /// Number of rings from axis to rim.
@@ -190,40 +199,6 @@ impl Section {
             (1..=self.rings()).map(|ring| self.rings.width_mm * ring as f64).collect();
         surfaces(&Meridian::banded(self.base.surface(), &ends))
     }
-
-    /// The bands as their chords.
-    pub fn chords(&self) -> Vec<Surface> {
-        self.bands().into_iter().map(|band| Surface { arc: None, ..band }).collect()
-    }
-
-    /// Outer radii of the rings, µm, of each or of those with the same shape as the next one out
-    /// together.
-    pub fn borders_um(&self, together: bool) -> Vec<f64> {
-        let shapes = &self.rings.shapes;
-        (1..=self.rings())
-            .filter(|&ring| !together || shapes.get(ring) != Some(&shapes[ring - 1]))
-            .map(|ring| self.ring_width_um() * ring as f64)
-            .collect()
-    }
-
-    /// Width of each ring's chord over the wavelength, or that of its neighbours of the same shape
-    /// together.
-    pub fn apertures(&self, together: bool) -> Vec<f64> {
-        let borders = self.borders_um(together);
-        let widths: Vec<f64> = (1..=self.rings())
-            .map(|ring| 1e3 * self.base.chord_mm(self.rings.width_mm, ring) / self.wavelength_um)
-            .collect();
-        let group = |ring: usize| {
-            let middle = self.ring_width_um() * (ring as f64 + 0.5);
-            borders.partition_point(|border| *border < middle)
-        };
-        (0..self.rings())
-            .map(|ring| {
-                let own = group(ring);
-                (0..self.rings()).filter(|&other| group(other) == own).map(|i| widths[i]).sum()
-            })
-            .collect()
-    }
 }
 
 fn surfaces(meridian: &Meridian) -> Vec<Surface> {
@@ -240,8 +215,9 @@ fn surfaces(meridian: &Meridian) -> Vec<Surface> {
                 Curve::Arc { radius_mm, centre_mm } => {
                     Some((um([0.0, centre_mm], side), 1e3 * radius_mm))
                 }
-                Curve::Bend { radius_mm, centre_mm, .. } => {
-                    Some((um(centre_mm, side), 1e3 * radius_mm))
+                Curve::Bend { radius_mm, centre_mm, clockwise } => {
+                    let outward = if clockwise { 1e3 } else { -1e3 };
+                    Some((um(centre_mm, side), outward * radius_mm))
                 }
             };
             let (from, to) = (um(piece.start, side), um(piece.end, side));

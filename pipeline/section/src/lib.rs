@@ -15,10 +15,10 @@
 //! | [`tables`] | one table a ring and polarisation, for light in the plane |
 //! | [`trace`] | rays in the plane |
 //! | [`compare`] | far fields of the models and the distances between them |
-//! | [`separate`] | the assumptions of the hybrid one at a time |
+//! | [`sets`] | shares by set of sources, and errors from their scatter |
 
 pub mod compare;
 pub mod dome;
-pub mod separate;
+pub mod sets;
 pub mod tables;
 pub mod trace;

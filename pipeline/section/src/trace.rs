@@ -3,6 +3,7 @@
 //! surfaces, a perfect mirror below. Where light divides, one way is chosen by its share.
 
 use crate::dome::Surface;
+use crate::sets::Sets;
 use crate::tables::Tables;
 use bsdf::analytic::fresnel;
 use bsdf::{Bsdf, OrderTable, Transport};
@@ -11,12 +12,12 @@ use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Paths with more events are given up and counted.
 const MAX_EVENTS: usize = 10_000;
-/// Groups whose scatter gives the standard errors.
-const GROUPS: usize = 64;
+/// Parts of a set of sources that are traced at once.
+const PARTS: usize = 5;
 
 /// What rays meet.
 #[derive(Clone, Copy, Debug)]
@@ -29,85 +30,69 @@ pub struct Scene<'a> {
     pub index: [f64; 2],
     /// Polarisation.
     pub polarisation: Polarisation,
-    /// Departures from the hybrid.
-    pub trial: Trial<'a>,
 }
 
-/// Departures from the hybrid that are tried; by default none.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Trial<'a> {
-    /// Apertures by ring, over the wavelength: an order leaves with the angular spread of a slit
-    /// this wide, sinc²(π w Δ) in Δ = n sin θ less that of the order.
-    pub apertures: Option<&'a [f64]>,
-    /// Light leaves a ring anywhere on it, with equal chance.
-    pub random_exit: bool,
-    /// Light that has met the surface, not the mirror, meets a smooth one from then on.
-    pub smooth_again: bool,
-}
-
-/// Shares of the emitted power.
+/// Far field of rays.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Traced {
-    /// By bin.
-    pub bins: Vec<f64>,
-    /// Standard error of each.
-    pub errors: Vec<f64>,
-    /// Paths that are given up, or that slip through a corner.
+    /// Shares of the emitted power.
+    pub shares: Sets,
+    /// Share of the paths that are given up, or that slip through a corner.
     pub lost: f64,
-    /// Share that has met a surface, not the mirror, more than once.
-    pub met_again: f64,
 }
 
-/// Traces `paths` rays, in equal numbers from the `sources`, into bins between the `edges` (radians
-/// from z towards x, ascending).
-pub fn trace(scene: Scene, sources: &[[f64; 2]], edges: &[f64], paths: usize, seed: u64) -> Traced {
-    let per_group = paths.div_ceil(GROUPS * sources.len()) * sources.len();
+/// Traces `paths` rays, in equal numbers from all sources, into bins between the `edges` (radians
+/// from z towards x, ascending). Sets hold equal numbers of `sources`.
+pub fn trace(
+    scene: Scene,
+    sources: &[Vec<[f64; 2]>],
+    edges: &[f64],
+    paths: usize,
+    seed: u64,
+) -> Traced {
+    let each = sources[0].len();
+    let per_group = paths.div_ceil(PARTS * sources.len() * each) * each;
     let count = edges.len().saturating_sub(1);
-    let groups: Vec<(Vec<f64>, f64, f64)> = (0..GROUPS)
+    let share = 1.0 / (PARTS * per_group) as f64;
+    let groups: Vec<(Vec<f64>, f64)> = (0..PARTS * sources.len())
         .into_par_iter()
         .map(|group| {
             let mut rng = Pcg64Mcg::seed_from_u64(seed ^ (group as u64) << 32);
-            let (mut bins, mut lost, mut again) = (vec![0.0; count], 0.0, 0.0);
+            let (mut bins, mut lost) = (vec![0.0; count], 0.0);
             for path in 0..per_group {
-                match follow(&scene, sources[path % sources.len()], &mut rng) {
-                    Some((angle, meetings)) => {
-                        again += f64::from(u8::from(meetings > 1)) / per_group as f64;
+                match follow(&scene, sources[group / PARTS][path % each], &mut rng) {
+                    Some(angle) => {
                         let above = edges.partition_point(|edge| *edge <= angle);
                         if (1..=count).contains(&above) {
-                            bins[above - 1] += 1.0 / per_group as f64;
+                            bins[above - 1] += share;
                         }
                     }
-                    None => lost += 1.0 / per_group as f64,
+                    None => lost += share / sources.len() as f64,
                 }
             }
-            (bins, lost, again)
+            (bins, lost)
         })
         .collect();
-    let n = GROUPS as f64;
-    let mean = |bin: usize| groups.iter().map(|(bins, ..)| bins[bin]).sum::<f64>() / n;
-    let bins: Vec<f64> = (0..count).map(mean).collect();
-    let errors = (0..count)
-        .map(|bin| {
-            let squares: f64 = groups.iter().map(|(g, ..)| (g[bin] - bins[bin]).powi(2)).sum();
-            (squares / (n * (n - 1.0))).sqrt()
-        })
-        .collect();
-    let lost = groups.iter().map(|(_, lost, _)| lost).sum::<f64>() / n;
-    let met_again = groups.iter().map(|(.., again)| again).sum::<f64>() / n;
-    Traced { bins, errors, lost, met_again }
+    let sum = |parts: &[(Vec<f64>, f64)]| {
+        (0..count).map(|bin| parts.iter().map(|(bins, _)| bins[bin]).sum()).collect()
+    };
+    Traced {
+        shares: Sets(groups.chunks(PARTS).map(sum).collect()),
+        lost: groups.iter().map(|(_, lost)| lost).sum(),
+    }
 }
 
-/// Angle from z at which a path leaves, and its meetings with surfaces; none if it is given up.
-fn follow(scene: &Scene, source: [f64; 2], rng: &mut Pcg64Mcg) -> Option<(f64, u32)> {
+/// Angle from z at which a path leaves; none if it is given up.
+fn follow(scene: &Scene, source: [f64; 2], rng: &mut Pcg64Mcg) -> Option<f64> {
     let angle = TAU * rng.random::<f64>();
     let (mut at, mut way) = (source, [angle.sin(), angle.cos()]);
-    let (mut inside, mut last, mut meetings) = (true, usize::MAX, 0);
+    let (mut inside, mut last) = (true, usize::MAX);
     for _ in 0..MAX_EVENTS {
         let hit = nearest(scene.surfaces, at, way, last);
         let floor = if way[1] < 0.0 { -at[1] / way[1] } else { f64::INFINITY };
         let distance = hit.map_or(f64::INFINITY, |(distance, _)| distance);
         if floor.is_infinite() && hit.is_none() {
-            return (!inside).then(|| (way[0].atan2(way[1]), meetings));
+            return (!inside).then(|| way[0].atan2(way[1]));
         }
         let reached = floor.min(distance);
         at = [at[0] + reached * way[0], at[1] + reached * way[1]];
@@ -118,8 +103,7 @@ fn follow(scene: &Scene, source: [f64; 2], rng: &mut Pcg64Mcg) -> Option<(f64, u
         let number = hit?.1;
         let surface = &scene.surfaces[number];
         let normal = surface.normal(at);
-        let tables = scene.tables.filter(|_| meetings == 0 || !scene.trial.smooth_again);
-        let table = tables.and_then(|tables| tables.ring(surface.ring?, scene.polarisation));
+        let table = scene.tables.and_then(|tables| tables.ring(surface.ring?, scene.polarisation));
         // A ray that comes from the wrong side has slipped through a corner.
         let along = way[0] * normal[0] + way[1] * normal[1];
         if (along > 0.0) != inside {
@@ -127,19 +111,10 @@ fn follow(scene: &Scene, source: [f64; 2], rng: &mut Pcg64Mcg) -> Option<(f64, u
         }
         let crosses;
         (way, crosses) = match table {
-            Some(table) => {
-                let scattered = scatter(table, at, normal, way, rng)?;
-                if scene.trial.random_exit {
-                    at = surface.point(rng.random());
-                }
-                let index = scene.index[usize::from(inside == scattered.1)];
-                let normal = surface.normal(at);
-                (scene.spread(surface.ring, index, normal, scattered.0, rng), scattered.1)
-            }
+            Some(table) => scatter(table, at, normal, way, rng)?,
             None => refract(scene, normal, way, inside, rng),
         };
         inside ^= crosses;
-        meetings += 1;
         last = number;
     }
     None
@@ -186,60 +161,7 @@ fn scatter(
     Some((out, sample.lobe.transport == Transport::Transmission))
 }
 
-impl Scene<'_> {
-    /// Direction of an order that leaves through the aperture of its ring, if one is stated.
-    /// Evanescent parts of the spread are drawn again.
-    fn spread(
-        &self,
-        ring: Option<usize>,
-        index: f64,
-        normal: [f64; 2],
-        way: [f64; 2],
-        rng: &mut Pcg64Mcg,
-    ) -> [f64; 2] {
-        let aperture = ring.zip(self.trial.apertures).and_then(|(ring, all)| all.get(ring - 1));
-        let Some(aperture) = aperture else {
-            return way;
-        };
-        let t = [normal[1], -normal[0]];
-        let dot = |a: [f64; 2]| way[0] * a[0] + way[1] * a[1];
-        loop {
-            let across = dot(t) + sinc_squared(rng) / (PI * aperture * index);
-            if across.abs() < 1.0 {
-                let along = (1.0 - across * across).sqrt().copysign(dot(normal));
-                return [0, 1].map(|k| across * t[k] + along * normal[k]);
-            }
-        }
-    }
-}
-
-/// Sample x of sin²x / (π x²), by rejection from min(1, 1/x²).
-fn sinc_squared(rng: &mut Pcg64Mcg) -> f64 {
-    loop {
-        let x: f64 = 2.0 * rng.random::<f64>() - 1.0;
-        let (x, accepted) = if rng.random() {
-            (x, if x == 0.0 { 1.0 } else { (x.sin() / x).powi(2) })
-        } else {
-            (1.0 / x, (1.0 / x).sin().powi(2))
-        };
-        if x.is_finite() && rng.random::<f64>() < accepted {
-            return x;
-        }
-    }
-}
-
 impl Surface {
-    /// Point at a share of the chord, on the arc.
-    fn point(&self, part: f64) -> [f64; 2] {
-        let p = [0, 1].map(|k| self.start[k] + part * (self.end[k] - self.start[k]));
-        let Some((centre, radius)) = self.arc else {
-            return p;
-        };
-        let d = [0, 1].map(|k| p[k] - centre[k]);
-        let length = d[0].hypot(d[1]);
-        [0, 1].map(|k| centre[k] + radius / length * d[k])
-    }
-
     /// Unit normal out of the dome.
     fn normal(&self, at: [f64; 2]) -> [f64; 2] {
         if let Some((centre, radius)) = self.arc {
@@ -266,10 +188,11 @@ impl Surface {
         if discriminant < 0.0 {
             return None;
         }
-        // Less than half a turn: the points of the arc lie to the right of its chord.
+        // The points of an arc lie on one side of its chord: to the right where the normal points away
+        // from the centre.
         let on_arc = |distance: f64| {
             let p = [0, 1].map(|k| at[k] + distance * way[k] - self.start[k]);
-            distance > least && x * p[1] - z * p[0] <= 0.0
+            distance > least && (x * p[1] - z * p[0]) * radius <= 0.0
         };
         let root = discriminant.sqrt();
         [-half - root, -half + root].into_iter().find(|distance| on_arc(*distance))
@@ -283,7 +206,7 @@ fn nearest(surfaces: &[Surface], at: [f64; 2], way: [f64; 2], last: usize) -> Op
         if number == last && surface.arc.is_none() {
             continue;
         }
-        let least = surface.arc.map_or(0.0, |(_, radius)| 1e-9 * radius);
+        let least = surface.arc.map_or(0.0, |(_, radius)| 1e-9 * radius.abs());
         if let Some(distance) = surface.distance(at, way, least)
             && found.is_none_or(|(nearest, _)| distance < nearest)
         {

@@ -6,11 +6,10 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
-use full_wave::{Cost, FullWaveError, Resolution};
+use full_wave::{Body, FullWaveError, Resolution};
 use rcwa::guard::free_bytes;
-use section::compare::{FINE_DEG, Request, SourceRequest, WIDTHS_DEG, body, compare, figures};
+use section::compare::{FINE_DEG, Request, SETS, SourceRequest, WIDTHS_DEG, body, compare};
 use section::dome::{Base, Section};
-use section::separate::{BIN_DEG as SEPARATE_DEG, Separated, Variant, separate};
 use serde_json::{Value, json};
 
 use design::Design;
@@ -20,6 +19,7 @@ use files::content_hash::sealed;
 use files::formats::csv;
 use files::provenance::FileRecord;
 use files::run_context::RunContext;
+use geometry::profile::{Elements, Rounding, Shape};
 use metrics::digits::format_value_with_error;
 use metrics::quantity::{Quantity, Unit};
 use report::full_wave::{curves, far_field_picture, quantity};
@@ -58,7 +58,7 @@ pub struct FullWaveArgs {
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
     /// Rings from the axis to the rim [default: as many as ten minutes and the memory allow, at
-    /// most those of the design]
+    /// most those of the design]; of a dome without relief they state its size
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=2000_usize))]
     pub rings: Option<usize>,
     /// Width of a ring, µm [default: `hybrid.element_width_um`]
@@ -73,14 +73,10 @@ pub struct FullWaveArgs {
     /// The whole dome, with the rings as designed, times this factor
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = finite)]
     pub scale: Option<f64>,
-    /// Line sources over the chip [default: two to a wavelength, 24 to 400]
-    #[arg(
-        long,
-        value_name = "N",
-        allow_negative_numbers = true,
-        value_parser = whole(2..=2000_usize)
-    )]
-    pub sources: Option<usize>,
+    /// Line sources over the chip, in twelve sets of as many, two at least: a number between is
+    /// rounded up
+    #[arg(long, value_name = "N", default_value = "360", allow_negative_numbers = true, value_parser = whole(2..=2000_usize))]
+    pub sources: usize,
     /// Paths of rays and of the hybrid, for each polarisation
     #[arg(long, value_name = "N", default_value = "2e6", allow_negative_numbers = true, value_parser = paths)]
     pub paths: u64,
@@ -94,9 +90,6 @@ pub struct FullWaveArgs {
     /// Memory for full wave, GiB [default: 60 % of what is free]
     #[arg(long, value_name = "GIB", allow_negative_numbers = true, value_parser = finite)]
     pub memory_gib: Option<f64>,
-    /// Also the assumptions of the hybrid one at a time
-    #[arg(long)]
-    pub separate: bool,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "full-wave")]
     pub out: PathBuf,
@@ -121,13 +114,16 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
     let resolution = resolution(arguments)?;
     writable(&arguments.out)?;
     let section = scaled_section(design, arguments, resolution)?;
-    let sources = source_request(design, &section, arguments.sources);
-    let body = body(&section, resolution).map_err(name_memory_options)?;
-    body.check_sources(&sources.places(&section)).context(
-        "led.size_mm, led.offset_mm, led.height_mm: sources over the LED, which is scaled with the dome, a wavelength \
-         apart in height (um); more --rings, a larger --ring-width-um or --scale leave room",
-    )?;
-    context.console.say(&plan(&section, &body.cost(), sources.count));
+    let sources = source_request(design, arguments.sources);
+    let places = sources.places(&section, context.seed);
+    let bodies = bodies(&section, resolution).map_err(name_memory_options)?;
+    for body in &bodies {
+        body.check_sources(&places.concat()).context(
+            "led.size_mm, led.offset_mm, led.height_mm: sources over the LED, which is scaled with the dome, a \
+             wavelength apart in height (um); more --rings, a larger --ring-width-um or --scale leave room",
+        )?;
+    }
+    context.console.say(&plan(&section, &bodies, SETS * sources.per_set()));
     context.console.say(IDEAL);
     let request = Request {
         sources,
@@ -140,28 +136,29 @@ fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> 
         context.console.say(what);
         Ok(context.interrupt.check()?)
     };
-    let found = compare(&section, &request, step)?;
-    let separated =
-        if arguments.separate { separate(&section, &request, step)? } else { Vec::new() };
+    let comparison = compare(&section, &request, step)?;
+    let of_smooth_dome = |what: &str| step(&format!("smooth dome: {what}"));
+    let baseline = (!section.is_smooth())
+        .then(|| compare(&section.smooth(), &request, of_smooth_dome))
+        .transpose()?;
+    let compared = [Some(&comparison), baseline.as_ref()];
     let path = |name: &str| arguments.out.join(name);
-    let describe = |files: &[FileRecord]| describe(design, &section, &request, &found, files);
+    let describe = |files: &[FileRecord]| describe(design, &section, &request, compared, files);
     let file: FullWaveFile = serde_json::from_value(describe(&[]))?;
     supersede(&path(FILE))?;
     let theta = Quantity::new("theta", Unit::Degree);
-    csv::write_curves_csv(&path(TABLE), &theta, &quantity(), &curves(&file)?)?;
+    let columns =
+        file.parts().map(|(dome, part)| curves(dome, part)).collect::<Result<Vec<_>>>()?;
+    csv::write_curves_csv(&path(TABLE), &theta, &quantity(), &columns.concat())?;
     write_bytes(&path(PICTURE), &far_field_picture(&file)?.png()?)?;
     let record = |name| FileRecord::of_output(&arguments.out, name);
     let mut json = describe(&[record(TABLE)?, record(PICTURE)?]);
     json["verdict"] = file.verdict().into();
-    if arguments.separate {
-        json["separated"] = json!(separated);
-    }
     let json = sealed(json)?;
     write_json(&path(FILE), &json)?;
-    context.console.result(&json, || {
-        let tables = table(&file) + &separated_table(&separated);
-        format!("{tables}\nwritten to {}", arguments.out.display())
-    })
+    context
+        .console
+        .result(&json, || format!("{}\nwritten to {}", table(&file), arguments.out.display()))
 }
 
 /// Names the options that change what memory full wave needs or has, where it has too little.
@@ -202,18 +199,28 @@ fn scaled_section(
         Some(Dome::Sphere(sphere)) => Base::Sphere(*sphere),
         Some(Dome::Meridian(curve)) => Base::Curve(curve.clone()),
         Some(Dome::Mesh(_)) => bail!("dome.mesh: expected a dome with a section, got a mesh"),
-        None => bail!("dome: expected a dome with rings of relief, got none"),
+        None => bail!("dome: expected a dome, got none"),
     };
-    let designed_um = 1e3 * design.elements.width_mm;
     let ring_um = design.hybrid.element_width_um;
-    let (width_um, all) = match arguments.scale {
-        Some(scale) => (designed_um * scale, design.elements.shapes.len()),
-        None => (arguments.ring_width_um.unwrap_or(ring_um), design.hybrid_rings().shapes.len()),
+    let (mut relief, mut all) = (design.elements.clone(), design.hybrid_rings().shapes.len());
+    if let Some(dome) = design.dome.as_ref().filter(|_| relief.shapes.is_empty()) {
+        all = (1e3 * dome.radius_mm() / ring_um).ceil() as usize;
+        relief = Elements {
+            width_mm: dome.radius_mm() / all as f64,
+            shapes: vec![Shape::Smooth; all],
+            rounding: Rounding::default(),
+        };
+    }
+    let width_um = match arguments.scale {
+        Some(scale) => {
+            all = relief.shapes.len();
+            1e3 * relief.width_mm * scale
+        }
+        None => arguments.ring_width_um.unwrap_or(ring_um),
     };
     let index = [design.silicone.index, index_about_domes(design)?];
     // Radii of corners are those of a ring as the design has it.
     let times = arguments.scale.unwrap_or(width_um / ring_um);
-    let mut relief = design.elements.clone();
     relief.rounding.tip_mm *= times;
     relief.rounding.valley_mm *= times;
     let make = |rings: usize| {
@@ -226,9 +233,8 @@ fn scaled_section(
     // Unknowns grow with the rings; the last number that fits is found by halving.
     let fits = |rings: usize| {
         let section = make(rings).ok()?;
-        let size = body(&section, resolution).ok()?.cost();
-        let sources = source_request(design, &section, arguments.sources).count;
-        (seconds(&size, sources) <= DEFAULT_SECONDS).then_some(section)
+        let bodies = bodies(&section, resolution).ok()?;
+        (seconds(&bodies, arguments.sources) <= DEFAULT_SECONDS).then_some(section)
     };
     let (mut low, mut high) = (0, all + 1);
     let mut found = None;
@@ -247,73 +253,81 @@ fn scaled_section(
     Ok(section)
 }
 
-/// The chip of the design, in shares of its dome. Speckle of sources less than half a wavelength
-/// apart is the same, so that more of them average no more.
-fn source_request(design: &Design, section: &Section, count: Option<usize>) -> SourceRequest {
-    let chip = design.dome.as_ref().map_or_else(SourceRequest::default, |dome| SourceRequest {
+/// What full wave solves: the section, and the smooth dome of its size where it has relief.
+fn bodies(section: &Section, resolution: Resolution) -> Result<Vec<Body>> {
+    let smooth = (!section.is_smooth()).then(|| section.smooth());
+    std::iter::once(section).chain(&smooth).map(|dome| body(dome, resolution)).collect()
+}
+
+/// The chip of the design, in shares of its dome.
+fn source_request(design: &Design, count: usize) -> SourceRequest {
+    design.dome.as_ref().map_or_else(SourceRequest::default, |dome| SourceRequest {
+        count,
         width: 0.5 * design.led.size_mm[0] / dome.radius_mm(),
         offset: design.led.offset_mm[0] / dome.radius_mm(),
         height: design.led.height_mm / dome.height_mm(),
-        ..SourceRequest::default()
-    });
-    let width_um = 2.0 * chip.width * section.radius_um();
-    let resolved = (2.0 * width_um / section.wavelength_um).round() as usize;
-    SourceRequest { count: count.unwrap_or(resolved.clamp(24, 400)), ..chip }
+    })
 }
 
 /// Time of full wave in both polarisations.
-fn seconds(size: &Cost, sources: usize) -> f64 {
+fn seconds(bodies: &[Body], sources: usize) -> f64 {
     let threads = rayon::current_num_threads() as f64;
-    let pairs = (size.unknowns as f64).powi(2) * size.matrices as f64;
-    let of_sources = OPERATIONS_OF_SOURCE * pairs * sources as f64;
-    let core = size.kernels / KERNELS_PER_SECOND
-        + size.operations / OPERATIONS_PER_SECOND
-        + of_sources / OTHER_OPERATIONS_PER_SECOND;
-    2.0 * core / threads
+    let core = |body: &Body| {
+        let size = body.cost();
+        let pairs = (size.unknowns as f64).powi(2) * size.matrices as f64;
+        let of_sources = OPERATIONS_OF_SOURCE * pairs * sources as f64;
+        size.kernels / KERNELS_PER_SECOND
+            + size.operations / OPERATIONS_PER_SECOND
+            + of_sources / OTHER_OPERATIONS_PER_SECOND
+    };
+    2.0 * bodies.iter().map(core).sum::<f64>() / threads
 }
 
-fn plan(section: &Section, size: &Cost, sources: usize) -> String {
+fn plan(section: &Section, bodies: &[Body], sources: usize) -> String {
+    let size = bodies[0].cost();
     format!(
-        "{} rings of {:.2} um, radius {:.1} um, {:.1} nm: {} unknowns, {:.2} GiB, full wave takes some {:.0} s",
+        "{} {} of {:.2} um, radius {:.1} um, {:.1} nm: {} unknowns, {:.2} GiB, full wave takes some {:.0} s",
         section.rings(),
+        if section.is_smooth() { "smooth rings" } else { "rings" },
         section.ring_width_um(),
         section.radius_um(),
         1e3 * section.wavelength_um,
         size.unknowns,
         size.bytes / f64::from(1 << 30),
-        seconds(size, sources) + 5.0
+        seconds(bodies, sources) + 5.0
     )
 }
 
 fn table(file: &FullWaveFile) -> String {
     let mut text = String::new();
     let _ =
-        writeln!(text, "{:<10} {:>18} {:>17} {:>9}", "model", "|peak|", "centre/peak", "missing");
-    for far in &file.comparison.far_fields {
-        let figures = figures(far);
-        let [low, high] = figures.peak_deg;
-        let peak = if low < high { format!("{low}° to {high}°") } else { format!("{low}°") };
-        let centre = format_value_with_error(
-            100.0 * figures.centre_to_peak,
-            100.0 * figures.centre_to_peak_error,
-        ) + " %";
-        let _ = writeln!(
-            text,
-            "{:<10} {peak:>18} {centre:>17} {:>9.0e}",
-            far.model.name(),
-            far.missing
-        );
+        writeln!(text, "{:<22} {:>18} {:>17} {:>9}", "model", "|peak|", "centre/peak", "missing");
+    for (dome, part) in file.parts() {
+        for far in &part.far_fields {
+            let (peak, centre) = far.figures.map_or(("-".into(), "-".into()), |figures| {
+                let [low, high] = figures.peak_deg;
+                let peak =
+                    if low < high { format!("{low}° to {high}°") } else { format!("{low}°") };
+                let percent = [figures.centre_to_peak, figures.centre_to_peak_error];
+                let [centre, error] = percent.map(|share| 100.0 * share);
+                (peak, format!("{} %", format_value_with_error(centre, error)))
+            });
+            let name = format!("{dome}{}", far.model.name());
+            let _ = writeln!(text, "{name:<22} {peak:>18} {centre:>17} {:>9.0e}", far.missing);
+        }
     }
     let _ = writeln!(
         text,
-        "\n{:<10} {:>6} {:>20} {:>8} {:>10} {:>10}",
+        "\n{:<22} {:>6} {:>20} {:>8} {:>10} {:>10}",
         "distance", "bins", "r.m.s. beyond noise", "noise", "largest", "L1"
     );
-    for d in &file.comparison.distances {
+    for (dome, d) in
+        file.parts().flat_map(|(dome, part)| part.distances.iter().map(move |d| (dome, d)))
+    {
         let _ = writeln!(
             text,
-            "{:<10} {:>5}° {:>20} {:>6.1} % {:>8.1} % {:>8.1} %",
-            d.model.name(),
+            "{:<22} {:>5}° {:>20} {:>6.1} % {:>8.1} % {:>8.1} %",
+            format!("{dome}{}", d.model.name()),
             d.bin_deg,
             d.beyond_noise(),
             100.0 * d.noise,
@@ -324,53 +338,12 @@ fn table(file: &FullWaveFile) -> String {
     text + &file.verdict()
 }
 
-fn separated_table(rows: &[Separated]) -> String {
-    let mut text = String::new();
-    if rows.is_empty() {
-        return text;
-    }
-    let _ = write!(
-        text,
-        "\n\nr.m.s. in bins of {SEPARATE_DEG}°, noise included\n{:<44} {:>9} {:>15} {:>7} {:>9}",
-        "variant", "full wave", "mirror as power", "noise", "met again"
-    );
-    for row in rows {
-        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-        let [noise, again] = [row.noise, row.met_again].map(|v| v.map_or(String::new(), percent));
-        let _ = write!(
-            text,
-            "\n{:<44} {:>7.2} % {:>13.2} % {noise:>7} {again:>9}",
-            variant_name(row.variant),
-            100.0 * row.rms,
-            100.0 * row.rms_mirror_as_power
-        );
-    }
-    text
-}
-
-fn variant_name(variant: Variant) -> &'static str {
-    match variant {
-        Variant::HalfOfTheSources => "full wave, every second source",
-        Variant::MirrorAsPower => "full wave, mirrored light added as power",
-        Variant::RingsAsPowers => "full wave, rings added as powers",
-        Variant::GroupsAsPowers => "full wave, groups added as powers",
-        Variant::Rays => "rays",
-        Variant::Hybrid => "hybrid",
-        Variant::Chords => "hybrid, chords for arcs",
-        Variant::RandomExit => "hybrid, exit anywhere on the ring",
-        Variant::SmoothAgain => "hybrid, smooth where light meets it again",
-        Variant::RingAperture => "hybrid, spread of a ring's aperture",
-        Variant::GroupAperture => "hybrid, spread of a group's aperture",
-        Variant::ChordsGroupAperture => "hybrid, chords and spread of a group",
-    }
-}
-
 /// The content of `full_wave.json` without verdict and hash.
 fn describe(
     design: &Design,
     section: &Section,
     request: &Request,
-    found: &Comparison,
+    [comparison, baseline]: [Option<&Comparison>; 2],
     files: &[FileRecord],
 ) -> Value {
     json!({
@@ -383,16 +356,14 @@ fn describe(
         "wavelength_nm": design.wavelength_nm,
         "index": section.index,
         "ring_width_um": section.ring_width_um(),
-        "sources": request.sources.count,
+        "sources": SETS * request.sources.per_set(),
+        "places_um": request.sources.places(section, request.seed),
         "paths": request.paths,
         "nodes_per_wavelength": request.resolution.nodes_per_wavelength,
         "bin_deg": FINE_DEG,
         "widths_deg": WIDTHS_DEG,
-        "figures": found.far_fields.iter().map(|far| json!({
-            "model": far.model,
-            "read": figures(far),
-        })).collect::<Vec<_>>(),
         "taken": IDEAL,
-        "comparison": found,
+        "comparison": comparison,
+        "baseline": baseline,
     })
 }

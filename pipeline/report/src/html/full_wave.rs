@@ -28,9 +28,9 @@ pub(super) fn found(album: &mut Album, directory: &Path) -> Result<Option<Value>
 /// Far fields that cannot be drawn.
 pub fn full_wave(album: &mut Album, file: &FullWaveFile) -> Result<Value> {
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-    let row = |d: &Distance| {
+    let row = |dome: &str, d: &Distance| {
         json!({
-            "model": d.model.name(),
+            "model": format!("{dome}{}", d.model.name()),
             "bins": format!("{}°", d.bin_deg),
             "beyond": d.beyond_noise(),
             "noise": percent(d.noise),
@@ -39,7 +39,7 @@ pub fn full_wave(album: &mut Album, file: &FullWaveFile) -> Result<Value> {
         })
     };
     let caption = format!(
-        "Far field of the section of {} by full wave, hybrid and rays: {}. Bands are two standard errors wide to each side: of rays by their paths, of full wave by the scatter among its sources.",
+        "Far field of the section of {} by full wave and rays: {}. Bands are two standard errors wide to each side, by the scatter among sets of sources.",
         file.design,
         file.size()
     );
@@ -52,7 +52,10 @@ pub fn full_wave(album: &mut Album, file: &FullWaveFile) -> Result<Value> {
         "balance": format!("{:.0e}", file.comparison.balance),
         "taken": file.taken,
         "verdict": file.verdict(),
-        "rows": file.comparison.distances.iter().map(row).collect::<Vec<_>>(),
+        "rows": file
+            .parts()
+            .flat_map(|(dome, part)| part.distances.iter().map(move |d| row(dome, d)))
+            .collect::<Vec<_>>(),
         "picture": album.fixed(&far_field_picture(file)?, &caption),
     }))
 }
