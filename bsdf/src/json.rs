@@ -15,8 +15,8 @@ const LARGEST: f64 = 1e100;
 /// The value of `text`.
 ///
 /// # Errors
-/// Text that is not JSON, a number above 1e100, or an object with a duplicate key; the last two are errors in
-/// [data](serde_json::error::Category::Data).
+/// Text that is not JSON, a number above 1e100, or an object with a duplicate key; the last two are
+/// errors in [data](serde_json::error::Category::Data).
 pub fn parse(text: &[u8]) -> Result<Value, serde_json::Error> {
     let mut deserializer = serde_json::Deserializer::from_slice(text);
     let path = String::new();

@@ -196,7 +196,6 @@ fn a_metal_relief_in_tm_gives_what_is_reached_with_an_error_that_bounds() {
     };
     let found = converge_directions(&request, &no_progress).unwrap();
     let (off, stated) = (off_in_tm(&found.answer), found.errors.sum());
-    println!("searched: off by {off:.2e}, stated {stated:.2e}, {:?}", found.limit);
     assert!(off < stated && stated < 0.5, "off by {off:.1e}, stated {stated:.1e}");
     assert!(found.missed(1e-2, 1).is_some());
 
@@ -209,7 +208,6 @@ fn a_metal_relief_in_tm_gives_what_is_reached_with_an_error_that_bounds() {
         let incident = (side, directions.as_slice());
         let stated = error_of_directions(&interface, incident, &at, &solved, &no_progress).unwrap();
         let off = off_in_tm(&solved);
-        println!("{orders} orders: off by {off:.2e}, stated {stated:.2e}");
         assert!(off < stated && stated < 1.0, "{orders}: off by {off:.1e}, stated {stated:.1e}");
     }
 }

@@ -148,7 +148,7 @@ trace = { paths = 64_000 }
 "#;
 
 /// Command lines and what is said of them, in the folder of [`commands`].
-const COMMANDS: [(&str, &[&str]); 112] = [
+const COMMANDS: [(&str, &[&str]); 111] = [
     ("check no/such.toml", &["no/such.toml", "expected a design", "No such file"]),
     ("run no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
     ("bsdf no/such.toml --out out", &["no/such.toml", "expected a design", "No such file"]),
@@ -238,12 +238,12 @@ const COMMANDS: [(&str, &[&str]); 112] = [
     ),
     (
         "import small.ies --format klems --out x.xml",
-        &["--format: expected ies or ldt for IES LM-63, got klems"],
+        &["--format: expected ies or ldt for `small.ies`, IES LM-63, got klems"],
     ),
     (
         "import small.klems.xml --format ies --out x.ies",
         &[
-            "expected zemax, lighttools, speos, klems or tensortree for WINDOW/Radiance BSDF XML, got ies",
+            "expected zemax, lighttools, speos, klems or tensortree for `small.klems.xml`, WINDOW/Radiance BSDF XML, got ies",
         ],
     ),
     (

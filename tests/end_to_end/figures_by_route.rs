@@ -20,9 +20,10 @@ housing = { kind = "specular", reflectance = 1.0, height_mm = 6.0, inner_size_mm
 receiver = { plane_height_mm = 3.0, bin_mm = 0.25, smoothing_sigma_mm = 0.0, area_mm = [8.0, 8.0] }
 
 [light.spectrum]
-kind = "table"
+kind = "lines"
 weighting = "radiometric"
-lines = [[450.0, 1.0], [600.0, 2.0]]
+wavelength_nm = [450.0, 600.0]
+power = [1.0, 2.0]
 
 [[receivers]]
 name = "plane"
@@ -118,9 +119,10 @@ fn routes_agree(paths: &str) {
     }
     for (name, receiver) in model["receivers"].as_object().expect("receivers") {
         // Fluxes stand there in watts, elsewhere as shares.
-        let figures = receiver["figures"].as_object().expect("figures").iter();
-        for (key, entry) in figures.filter(|(key, _)| *key != "flux") {
-            run.insert(format!("{key}.{name}"), of_entry(entry));
+        for (key, entry) in receiver.as_object().expect("a receiver") {
+            if key != "flux" && is_entry(entry) {
+                run.insert(format!("{key}.{name}"), of_entry(entry));
+            }
         }
     }
     agree("run", &run, &studied);

@@ -128,7 +128,7 @@ fn rays_of_speos_have_the_flux_of_their_header() {
     let out = ["import", "three.ray", "--format", "zemax-ray", "--out", "a.sdf"];
     json(folder.path(), &out);
     assert!((flux(&json(folder.path(), &["import", "a.sdf"])) / 0.003 - 1.0).abs() < 1e-6);
-    refused(folder.path(), &["import", "bad.ray"], "offset 28: expected a unit vector");
+    refused(folder.path(), &["import", "bad.ray"], "offset 40: expected a unit vector");
 }
 
 #[test]
@@ -460,6 +460,6 @@ fn a_part_of_the_rays_keeps_the_flux_without_bias() {
     assert!((mean("1") - mean("2")).abs() > 1e-9);
     let ies = "IESNA91\nTILT=NONE\n1 -1 1 2 1 1 2 0 0 0\n1 1 4\n0 90\n0\n1 0\n";
     std::fs::write(at.join("a.ies"), ies).expect("written");
-    let words = "--rays: expected a file of rays, got IES LM-63";
+    let words = "--rays: expected a file of rays, got `a.ies`, IES LM-63";
     refused(at, &["import", "a.ies", "--rays", "9", "--out", "b.ies"], words);
 }

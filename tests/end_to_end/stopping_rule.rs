@@ -259,7 +259,6 @@ fn every_figure_of_the_design_may_stop_a_run() {
     for (figure, words) in [
         ("absorbed_by_nothing=1%", "absorbed_by_box_side"),
         ("mean.nothing=1", "mean.dark"),
-        ("flux_up=1%", "in its unit, without %"),
         ("extraction_efficiency=1%", "there is no dome"),
         ("peak_angle_parabola_deg=1", "far_field.peak is no bin"),
     ] {

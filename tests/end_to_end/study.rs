@@ -442,7 +442,7 @@ escaped_up = 0.9
         ),
         (
             "height = 9000.0",
-            "no uniformity of bare geometric: 4096 paths show too little light for it",
+            "no uniformity of bare geometric: 4,096 paths show too little light for it",
         ),
     ];
     assert_eq!(ranked.len() + unranked.len(), json["setups"].as_array().expect("a list").len());

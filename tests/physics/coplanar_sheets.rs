@@ -77,7 +77,9 @@ fn a_sheet_on_the_bottom_is_seen_like_one_above_it() {
         }
     }
     // Straight below the point a disc of radius r at the distance d takes r²/(r² + d²) at once.
-    let black = CELL.replace("kind = \"lambertian\", reflectance = 1.0", "kind = \"absorbing\"");
+    let black = CELL
+        .replace("kind = \"lambertian\", reflectance = 1.0", "kind = \"absorbing\"")
+        .replace("kind = \"specular\", reflectance = 1.0", "kind = \"absorbing\"");
     let led = black.replace(
         "size_mm = [0.5, 0.5], height_mm = 0.1",
         "size_mm = [0.01, 0.01], height_mm = 0.001",

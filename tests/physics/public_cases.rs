@@ -34,7 +34,7 @@ fn room(height: f64, floor: f64, wall: f64, more: &str) -> String {
          led = {{ size_mm = [0.001, 0.001], height_mm = 0.0005, reflection = \"lambertian\", reflectance = {floor:?} }}\n\
          array = {{ columns = 1, rows = 1, pitch_mm = 4.0 }}\n\
          housing = {{ kind = \"lambertian\", reflectance = {wall:?}, height_mm = {height:?}, inner_size_mm = [4.0, 4.0] }}\n\
-         receiver = {{ bin_mm = 1.0, plane_height_mm = 2.9 }}\n{more}"
+         receiver = {{ bin_mm = 1.0, plane_height_mm = 3.1 }}\n{more}"
     )
 }
 
@@ -140,7 +140,7 @@ fn a_point_source_lights_a_room_as_in_case_5_2() {
     let seen = trace(&format!("{}{}", room(3.0, 0.0, 0.0, source), squares()), 10_000_000);
     let candela = 10_000.0 / (4.0 * PI);
     let exact = means(|at, normal| {
-        let d = [-at[0], -at[1], 2.999999 - at[2]];
+        let d = [-at[0], -at[1], 2.999_999 - at[2]];
         let r = d.iter().map(|v| v * v).sum::<f64>().sqrt();
         let cos = (d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]) / r;
         candela * cos / (r * r)

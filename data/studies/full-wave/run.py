@@ -27,6 +27,7 @@ DESIGNS = {
     "d3-by-waves": "gallery/d3-by-waves/design.toml",
 }
 COLOURS = {"d1": "#00798c", "d2": "#d1495b", "d3": "#edae49", "d3-by-waves": "#66a182"}
+MODELS = ("hybrid", "rays", "smooth")
 # Design, offset of the LED from the axis in mm, rings a side, their width in µm; small domes first.
 ROWS = [(design, 0.0, 8, 2) for design in DESIGNS] + [("d1", 0.4, 8, 3)]
 ROWS += [(design, 0.0, 16, 2) for design in ("d1", "d2", "d3")]
@@ -61,25 +62,39 @@ def distances(folder, name, offset_mm, rings, width_um):
     own, smooth = file["comparison"], file["baseline"]
     row = {"design": name, "offset_mm": offset_mm, "rings": rings, "width_um": width_um, "sources": file["sources"],
            "balance": max(own["balance"], smooth["balance"])}
+    # A model that misses more light than its error has neither distances nor figures.
     squares = {f"{distance['model']}_{distance['bin_deg']:g}_deg": distance for distance in own["distances"]}
     squares |= {f"smooth_{distance['bin_deg']:g}_deg": distance for distance in smooth["distances"]
                 if distance["model"] == "rays"}
-    for key, distance in squares.items():
-        row |= root(key, distance["square"], distance["square_error"])
+    none = {"square": None, "square_error": None}
+    widths = [wide["bin_deg"] for wide in own["far_fields"][0]["wide"]]
+    for key in (f"{model}_{width:g}_deg" for model in MODELS for width in widths):
+        row |= root(key, **squares.get(key, none))
     for model in ("hybrid", "rays"):
-        pair = [squares[f"{of}_2.5_deg"] for of in (model, "smooth")]
-        row |= root(f"{model}_above_smooth", pair[0]["square"] - pair[1]["square"],
-                    math.hypot(*(distance["square_error"] for distance in pair)))
+        pair = [squares.get(f"{of}_2.5_deg") for of in (model, "smooth")]
+        row |= root(f"{model}_above_smooth", **(above(*pair) if all(pair) else none))
     for model, fields in (("hybrid", own), ("rays", own), ("smooth", smooth)):
-        row[f"{model}_2.5_deg_within_80"] = 100 * within(fields, model.replace("smooth", "rays"), 2.5, 80.0)
+        is_known = f"{model}_2.5_deg" in squares
+        row[f"{model}_2.5_deg_within_80"] = (
+            100 * within(fields, model.replace("smooth", "rays"), 2.5, 80.0) if is_known else "")
     for field in own["far_fields"]:
         for key in ("centre_to_peak", "centre_to_peak_error"):
-            row[f"{field['model']}_{key}"] = 100 * field["figures"][key]
+            row[f"{field['model']}_{key}"] = 100 * field["figures"][key] if field["figures"] else ""
     return row
 
 
-def root(key, square, error):
-    """The root of a mean square in percent and its error, or what it is below with none, as the program states it."""
+def above(distance, smooth):
+    """The excess of one mean square over another."""
+    return {"square": distance["square"] - smooth["square"],
+            "square_error": math.hypot(distance["square_error"], smooth["square_error"])}
+
+
+def root(key, square, square_error, **_):
+    """The root of a mean square in percent and its error, or what it is below with none, as the program states
+    it; nothing of none."""
+    error = square_error
+    if square is None:
+        return {key: "", f"{key}_error": ""}
     if square > 2 * error:
         return {key: 100 * math.sqrt(square), f"{key}_error": 50 * error / math.sqrt(square)}
     return {key: 100 * math.sqrt(max(square, 0) + 2 * error), f"{key}_error": ""}
@@ -119,11 +134,10 @@ def panel(rows, left, title, label, ends, ticks, place):
     for row in rows:
         colour = COLOURS[row["design"]]
         beside = 6 * (list(DESIGNS).index(row["design"]) - 1.5)
-        models = ("hybrid", "rays", "smooth")
-        heights = [at(place(row), row[f"{model}_2.5_deg"])[1] for model in models]
+        heights = [at(place(row), row[f"{model}_2.5_deg"])[1] for model in MODELS]
         x = at(place(row), 0)[0] + beside
         marks.append(f'<path d="M{x:.1f} {heights[0]:.1f}V{heights[1]:.1f}" stroke="{colour}"/>')
-        for y, fill, model in zip(heights, (colour, "#fff", "#bbb"), models):
+        for y, fill, model in zip(heights, (colour, "#fff", "#bbb"), MODELS):
             pen = f'fill="{fill}" stroke="{colour if model != "smooth" else "#555"}" stroke-width="2"'
             if row[f"{model}_2.5_deg_error"] == "":
                 marks.append(f'<path d="M{x - 6:.1f} {y:.1f}h12l-6 10z" {pen}/>')
@@ -137,7 +151,7 @@ def panel(rows, left, title, label, ends, ticks, place):
 def picture(rows, file):
     """Distances of hybrid (filled), rays (open) and rays in the smooth dome (grey bars) over the width and the
     number of rings, as SVG; triangles are bounds."""
-    rows = [row for row in rows if not row["offset_mm"]]
+    rows = [row for row in rows if not row["offset_mm"] and all(row[f"{model}_2.5_deg"] != "" for model in MODELS)]
     marks = panel([row for row in rows if row["rings"] == 8], 70, "8 rings a side",
                   "ring width / wavelength", (3, 45), (4, 6, 10, 18, 36), lambda row: row["width_um"] / WAVELENGTH_UM)
     for left, width_um in ((430, 2), (790, 10)):

@@ -20,6 +20,8 @@ pub fn missing_figure(key: &str, figure: &str, shown: &[String], design: &Design
         "{key}: expected a figure that the design has, {} (as {} paths show), got {figure:?}: {}",
         shown.join(", "),
         thousands(design.trace.paths),
-        why_absent(design, figure, |key| shown.iter().any(|shown| shown == key)),
+        why_absent(design, design.trace.paths, figure, |key| shown
+            .iter()
+            .any(|shown| shown == key)),
     ))
 }

@@ -72,8 +72,18 @@ impl DesignFile {
     }
 
     /// The draft of a session that ended without saving it.
-    pub fn draft(&self) -> Option<String> {
-        design::read_text(&self.draft).ok()
+    ///
+    /// # Errors
+    /// A draft that is there and cannot be read.
+    pub fn draft(&self) -> Result<Option<String>> {
+        match design::read_text(&self.draft) {
+            Ok(text) => Ok(Some(text)),
+            Err(_) if !self.draft.exists() => Ok(None),
+            Err(error) => Err(error).with_context(|| {
+                let draft = self.draft.display();
+                format!("`{draft}`: a draft of an earlier session that cannot be read")
+            }),
+        }
     }
 
     /// Keeps `draft`, or none; the system flushes it when it likes where `is_passing`.
@@ -93,7 +103,8 @@ impl DesignFile {
         }
     }
 
-    /// Replaces `path` by a file with the mode of the design file or, where that is gone, of its draft.
+    /// Replaces `path` by a file with the mode of the design file or, where that is gone, of its
+    /// draft.
     fn replace(&self, path: &Path, text: &str, flush: Flush) -> Result<()> {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let is_there = folder.is_none_or(Path::is_dir);
@@ -104,7 +115,7 @@ impl DesignFile {
     }
 }
 
-/// Where the links from `path` lead, be there a file or not.
+/// The path that the links from `path` lead to, be there a file or not.
 fn target(path: &Path) -> Result<PathBuf> {
     let mut target = path.to_owned();
     for _ in 0..=MAX_LINKS {

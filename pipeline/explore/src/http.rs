@@ -45,7 +45,7 @@ const PAUSE: Duration = Duration::from_millis(100);
 /// An answer.
 pub type Answer = Response<Content>;
 
-/// What an answer holds.
+/// Content of an answer.
 #[derive(Debug)]
 pub enum Content {
     /// Bytes of known length.
@@ -80,11 +80,11 @@ impl Body for Content {
 /// A request that was admitted.
 #[derive(Debug)]
 pub struct Request {
-    /// Its method.
+    /// The method.
     pub method: Method,
-    /// What the gate made of its head.
+    /// The address that the gate made of the head.
     pub address: String,
-    /// Its body; `None` of one that is too long or did not arrive.
+    /// The body; `None` of one that is too long or did not arrive.
     pub body: Option<Vec<u8>>,
     answer: oneshot::Sender<Answer>,
 }
@@ -98,9 +98,9 @@ impl Request {
 }
 
 /// The address of a request that may be made, or the answer to another.
-pub trait Gate: Fn(&Parts) -> Result<String, Answer> + Send + Sync + 'static {}
+pub trait Gate: Fn(&Parts) -> Result<String, Box<Answer>> + Send + Sync + 'static {}
 
-impl<T: Fn(&Parts) -> Result<String, Answer> + Send + Sync + 'static> Gate for T {}
+impl<T: Fn(&Parts) -> Result<String, Box<Answer>> + Send + Sync + 'static> Gate for T {}
 
 /// A running server; it ends when it is dropped.
 #[derive(Debug)]
@@ -225,7 +225,7 @@ async fn answer(
     let (head, body) = request.into_parts();
     let address = match gate(&head) {
         Ok(address) => address,
-        Err(refused) => return refused,
+        Err(refused) => return *refused,
     };
     is_served.store(true, Ordering::Relaxed);
     let body = timeout(ARRIVAL, read(body)).await.ok().flatten();
@@ -245,11 +245,12 @@ async fn read(mut body: Incoming) -> Option<Vec<u8>> {
     while let Some(frame) = poll_fn(|context| Pin::new(&mut body).poll_frame(context)).await {
         let data = frame.ok()?.into_data().unwrap_or_default();
         heard += data.len();
-        match heard {
-            0..=MAX_BODY => bytes.extend_from_slice(&data),
-            // The client hears the refusal once it has sent all.
-            ..=MAX_HEARD => {}
-            _ => return None,
+        if heard > MAX_HEARD {
+            return None;
+        }
+        // The client hears the refusal of more once it has sent all.
+        if heard <= MAX_BODY {
+            bytes.extend_from_slice(&data);
         }
     }
     (heard <= MAX_BODY).then_some(bytes)

@@ -11,7 +11,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow};
 use hyper::Method;
-use hyper::header::CONTENT_DISPOSITION;
+use hyper::header::{CONTENT_DISPOSITION, HeaderValue};
 use hyper::http::request::Parts;
 use serde_json::{Value, json};
 use tokio::sync::mpsc;
@@ -79,9 +79,10 @@ pub fn serve(
     })?;
     if session.is_unsaved() {
         let (file, draft) = (options.design.display(), session.draft_path().display());
-        context.console.warn(&format!(
-            "{file}: the draft was not saved; `{draft}` keeps it, and the next start offers it"
-        ));
+        let fate = session
+            .unkept()
+            .unwrap_or_else(|| format!("`{draft}` keeps it, and the next start offers it"));
+        context.console.warn(&format!("{file}: the draft was not saved; {fate}"));
     }
     Ok(())
 }
@@ -99,27 +100,27 @@ fn token() -> Result<String> {
 }
 
 /// The address below the secret, of a request that may be made.
-fn admitted(head: &Parts, port: u16, token: &str) -> Result<String, Answer> {
-    let header = |name: &str| head.headers.get(name).map(|value| value.as_bytes());
+fn admitted(head: &Parts, port: u16, token: &str) -> Result<String, Box<Answer>> {
+    let header = |name: &str| head.headers.get(name).map(HeaderValue::as_bytes);
     let host = header("Host").unwrap_or_default();
     let hosts = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{port}"));
     if !hosts.iter().any(|own| own.as_bytes() == host) {
-        return Err(plain(403, "expected a request for this machine"));
+        return Err(Box::new(plain(403, "expected a request for this machine")));
     }
     let is_own = |origin: &[u8]| origin.strip_prefix(b"http://") == Some(host);
     let posts = head.method == Method::POST;
     if header("Origin").map_or(posts, |origin| !is_own(origin)) {
-        return Err(plain(403, "expected a request from the page itself"));
+        return Err(Box::new(plain(403, "expected a request from the page itself")));
     }
     let address = head.uri.path_and_query().map_or("", |address| address.as_str());
     let below = address.strip_prefix('/').and_then(|address| address.strip_prefix(token));
     match below.and_then(|below| below.strip_prefix('/')) {
         Some("") => Ok(String::new()),
         Some(_) if header("Sec-Fetch-Site") == Some(b"cross-site") => {
-            Err(plain(403, "expected a request from the page itself"))
+            Err(Box::new(plain(403, "expected a request from the page itself")))
         }
         Some(address) => Ok(address.to_owned()),
-        None => Err(plain(404, "nothing is here")),
+        None => Err(Box::new(plain(404, "nothing is here"))),
     }
 }
 
@@ -166,7 +167,7 @@ impl Host<'_> {
             Ok(Some(Ok(()))) => of_json(200, &self.session.to_json()),
             Ok(Some(Err(fault))) => refused(&fault),
             Ok(None) => plain(404, "nothing is here"),
-            Err(answer) => answer,
+            Err(answer) => *answer,
         }
     }
 
@@ -177,11 +178,11 @@ impl Host<'_> {
             let asked = serde_json::from_value(body).map_err(|e| Fault::new(e.to_string()));
             let begun =
                 asked.and_then(|asked| search_thread::begin(session, asked, &self.options.out));
-            begun.map_err(|fault| refused(&fault))
+            begun.map_err(|fault| Box::new(refused(&fault)))
         });
         let (answer, begun) = match begun {
             Ok(begun) => (of_json(200, &session.to_json()), Some(begun)),
-            Err(answer) => (answer, None),
+            Err(answer) => (*answer, None),
         };
         request.respond(answer);
         if let Some(begun) = begun {
@@ -283,14 +284,14 @@ impl Host<'_> {
 }
 
 /// The body of a request as an object of JSON.
-fn object(body: Option<&[u8]>) -> Result<Value, Answer> {
+fn object(body: Option<&[u8]>) -> Result<Value, Box<Answer>> {
     let Some(body) = body else {
         let fault = Fault::new(format!("expected at most {MAX_BODY} bytes, without a break"));
-        return Err(with_status(413, &fault));
+        return Err(Box::new(with_status(413, &fault)));
     };
     match serde_json::from_slice(body) {
         Ok(body @ Value::Object(_)) => Ok(body),
-        _ => Err(refused(&Fault::new("expected an object of JSON"))),
+        _ => Err(Box::new(refused(&Fault::new("expected an object of JSON")))),
     }
 }
 

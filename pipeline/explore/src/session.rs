@@ -108,10 +108,10 @@ impl Session {
     /// The session of the design file at `path`, by rays.
     ///
     /// # Errors
-    /// A file that cannot be read or is no design.
+    /// A file that cannot be read or is no design; a draft that cannot be read.
     pub fn open(path: &Path) -> Result<Self> {
         let (file, name) = (DesignFile::new(path)?, path.display().to_string());
-        let draft = file.draft();
+        let draft = file.draft()?;
         let read = file.read().with_context(|| format!("{name}: cannot be read"));
         let parsed = read.and_then(|(text, has_crlf)| {
             Ok((scene_check::parse(&name, &text, folder(path))?, text, has_crlf))

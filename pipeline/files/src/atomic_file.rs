@@ -53,8 +53,8 @@ pub fn replace(
     temporary(path, flush, permissions, |file| Ok(file.write_all(bytes)?))?.rename(path)
 }
 
-/// Writes `bytes` to the file at `path`, which keeps its permissions, its owner and its other names:
-/// as [`replace`] where that keeps them, else in place.
+/// Writes `bytes` to the file at `path`, which keeps its permissions, its owner and its other
+/// names: as [`replace`] where that keeps them, else in place, as in a folder that is read-only.
 ///
 /// # Errors
 /// A file that may not be written; a failing directory, file or rename.
@@ -65,10 +65,15 @@ pub fn rewrite(path: &Path, bytes: &[u8]) -> Result<()> {
     let permissions = about.permissions();
     ensure!(!permissions.readonly(), "{}: its mode is read-only", may_not());
     let mut file = OpenOptions::new().write(true).open(path).with_context(may_not)?;
-    let written =
-        temporary(path, Flush::Now, Some(permissions), |file| Ok(file.write_all(bytes)?))?;
-    if is_alike(&about, &fs::metadata(&written.path)?) {
-        return written.rename(path);
+    let denies = |error: &std::io::Error| error.kind() == std::io::ErrorKind::PermissionDenied;
+    match temporary(path, Flush::Now, Some(permissions), |file| Ok(file.write_all(bytes)?)) {
+        Ok(written) => {
+            if is_alike(&about, &fs::metadata(&written.path)?) {
+                return written.rename(path);
+            }
+        }
+        Err(error) if file_errors(&error).any(denies) => {}
+        Err(error) => return Err(error),
     }
     file.set_len(0).and_then(|()| file.write_all(bytes)).and_then(|()| file.sync_all())?;
     Ok(())
@@ -408,6 +413,22 @@ mod tests {
         write_bytes(&path, b"two").unwrap();
         assert_eq!(fs::read(&path).unwrap(), b"two");
         assert_eq!(names(path.parent().unwrap()), ["a.txt"]);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn a_file_in_a_folder_that_is_read_only_is_rewritten() {
+        use std::os::unix::fs::PermissionsExt;
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.txt");
+        fs::write(&path, b"older").unwrap();
+        let mode = |mode| fs::set_permissions(directory.path(), Permissions::from_mode(mode));
+        mode(0o555).unwrap();
+        let outcome = rewrite(&path, b"new");
+        mode(0o755).unwrap();
+        outcome.unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+        assert_eq!(names(directory.path()), ["a.txt"]);
     }
 
     #[test]

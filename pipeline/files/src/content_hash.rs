@@ -6,8 +6,13 @@
 //! the hash themselves: whoever reads the file can find it without knowing how numbers were
 //! printed.
 
+use std::io::{self, Read};
+use std::path::Path;
+
 use serde_json::Value;
 use sha2::{Digest, Sha256};
+
+use crate::bounded_text::open;
 
 /// The key that holds it.
 pub const KEY: &str = "content_sha256";
@@ -42,8 +47,25 @@ fn digest(text: &str) -> String {
 
 /// Hexadecimal SHA-256.
 pub fn sha256_hex(bytes: &[u8]) -> String {
+    hexadecimal(Sha256::digest(bytes).iter())
+}
+
+/// Hexadecimal SHA-256 of the file at `path`, of any size.
+///
+/// # Errors
+/// A file that cannot be read.
+pub fn sha256_of_file(path: &Path) -> io::Result<String> {
+    let (mut file, mut hash, mut part) = (open(path)?, Sha256::new(), Vec::new());
+    while Read::by_ref(&mut file).take(1 << 20).read_to_end(&mut part)? > 0 {
+        hash.update(&part);
+        part.clear();
+    }
+    Ok(hexadecimal(hash.finalize().iter()))
+}
+
+fn hexadecimal<'a>(bytes: impl Iterator<Item = &'a u8>) -> String {
     use std::fmt::Write;
-    Sha256::digest(bytes).iter().fold(String::with_capacity(64), |mut s, b| {
+    bytes.fold(String::with_capacity(64), |mut s, b| {
         let _ = write!(s, "{b:02x}");
         s
     })
@@ -53,6 +75,16 @@ pub fn sha256_hex(bytes: &[u8]) -> String {
 mod tests {
     use super::*;
     use serde_json::json;
+
+    #[test]
+    fn a_file_is_hashed_whole() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        for length in [0, 1, 1 << 20, (5 << 19) + 3] {
+            let bytes: Vec<u8> = (0..=250).cycle().take(length).collect();
+            std::fs::write(file.path(), &bytes).expect("written");
+            assert_eq!(sha256_of_file(file.path()).expect("read"), sha256_hex(&bytes));
+        }
+    }
 
     #[test]
     fn any_change_is_noticed() {

@@ -24,14 +24,14 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// Most digits of a number in a message, and most characters of a word or a quote in one: those of
-/// paths; and characters of a longer one that are shown.
+/// Maximum digits of a number in a message, and maximum characters of a word or a quote in one:
+/// those of paths; and characters of a longer one that are shown.
 const MAX_DIGITS: usize = 25;
 const MAX_QUOTE: usize = 300;
 const SHOWN: usize = 60;
 
-/// `message` with numbers of many digits to six of them with a power of ten, and long words, quotes and
-/// lists cut.
+/// `message` with numbers of many digits to six of them with a power of ten, and long words, quotes
+/// and lists cut.
 pub fn bounded(message: &str) -> String {
     let mut bounded = String::with_capacity(message.len());
     let mut rest = message;

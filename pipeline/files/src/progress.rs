@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::mpsc::{self, RecvTimeoutError};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
@@ -21,32 +21,49 @@ static LARGEST: Mutex<BTreeMap<String, f64>> = Mutex::new(BTreeMap::new());
 /// Warnings of callers that print none themselves, and the number of these callers at work.
 static COLLECTED: Mutex<(usize, Vec<String>)> = Mutex::new((0, Vec::new()));
 
-/// Does `work` and returns the warnings given meanwhile, each once, instead of printing them.
+fn collected() -> MutexGuard<'static, (usize, Vec<String>)> {
+    COLLECTED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A caller at work, also of work that panics.
+struct Caller;
+
+impl Drop for Caller {
+    fn drop(&mut self) {
+        let mut collected = collected();
+        collected.0 -= 1;
+        if collected.0 == 0 {
+            collected.1.clear();
+        }
+    }
+}
+
+/// Does `work` and returns the warnings given meanwhile, each once, instead of printing them. Those
+/// of callers at work at once go to the first who ends.
 pub fn collecting<T>(work: impl FnOnce() -> T) -> (T, Vec<String>) {
-    let collected = || COLLECTED.lock().unwrap_or_else(PoisonError::into_inner);
     // What an earlier caller was told is news to this one.
     SAID.lock().unwrap_or_else(PoisonError::into_inner).clear();
     LARGEST.lock().unwrap_or_else(PoisonError::into_inner).clear();
     collected().0 += 1;
+    let _caller = Caller;
     let result = work();
-    let mut collected = collected();
-    collected.0 -= 1;
-    (result, std::mem::take(&mut collected.1))
+    let warnings = std::mem::take(&mut collected().1);
+    (result, warnings)
 }
 
 /// Prints a warning, or hands it to the caller who collects them.
 fn give(line: &str) {
-    let mut collected = COLLECTED.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut collected = collected();
     let (callers, lines) = &mut *collected;
     if *callers == 0 {
-        let _ = writeln!(std::io::stderr(), "batwing: warning: {}", printable(line));
+        let _ = writeln!(std::io::stderr(), "batwing: warning: {}", printable(&bounded(line)));
     } else if !lines.iter().any(|given| given == line) {
         lines.push(line.to_owned());
     }
 }
 
-/// True of the first warning called `name` in a process, and of one of twice the size of the last that
-/// was: a search traces thousands of designs that share a fault.
+/// True of the first warning called `name` in a process, and of one of twice the size of the last
+/// that was: a search traces thousands of designs that share a fault.
 pub fn is_news(name: &str, size: f64) -> bool {
     let mut largest = LARGEST.lock().unwrap_or_else(PoisonError::into_inner);
     let is_news = largest.get(name).is_none_or(|last| size >= 2.0 * last);
@@ -166,14 +183,22 @@ impl Progress {
     pub fn set_message(&self, what: &str) {
         self.show(|shown| {
             what.clone_into(&mut shown.what);
-            shown.is_bar.then(|| shown.draw(Instant::now()))
+            (shown.is_bar && shown.suspended == 0).then(|| shown.draw(Instant::now()))
         });
     }
 
     /// Takes a bar away while `f` prints.
     pub fn suspend<T>(&self, f: impl FnOnce() -> T) -> T {
-        self.finish_and_clear();
-        f()
+        self.show(|shown| {
+            shown.suspended += 1;
+            shown.clear()
+        });
+        let result = f();
+        self.show(|shown| {
+            shown.suspended -= 1;
+            None
+        });
+        result
     }
 
     /// Takes a bar away.
@@ -192,6 +217,12 @@ impl Progress {
     }
 }
 
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.finish_and_clear();
+    }
+}
+
 /// Progress as a bar, at most every [`REDRAW`], or as lines of text: at every tenth of the work, no
 /// more often than [`SHORTEST`], and at least every [`LONGEST`].
 #[derive(Debug)]
@@ -202,6 +233,8 @@ struct Shown {
     started: Instant,
     is_bar: bool,
     is_drawn: bool,
+    /// Number of those who print meanwhile; nothing is shown until they have.
+    suspended: usize,
     /// Time and number of tenths of the last line.
     last: (Instant, u64),
 }
@@ -222,7 +255,8 @@ impl Shown {
     fn new(length: u64, what: &str, is_bar: bool) -> Self {
         let now = Instant::now();
         let (what, last) = (what.to_owned(), (now, 0));
-        Self { what, length, done: 0, started: now, is_bar, is_drawn: false, last }
+        let (done, started, is_drawn, suspended) = (0, now, false, 0);
+        Self { what, length, done, started, is_bar, is_drawn, suspended, last }
     }
 
     /// The text to print once `steps` more are done, if it is time for one.
@@ -239,7 +273,7 @@ impl Shown {
         } else {
             since >= LONGEST || (since >= SHORTEST && tenths > self.last.1)
         };
-        if !is_due {
+        if !is_due || self.suspended > 0 {
             return None;
         }
         self.last.1 = tenths;
@@ -251,14 +285,18 @@ impl Shown {
         self.last.0 = now;
         let fraction = self.done as f64 / self.length.max(1) as f64;
         let elapsed = now.saturating_duration_since(self.started).as_secs_f64();
-        let left = elapsed * (1.0 / fraction - 1.0);
+        let is_begun = self.done > 0;
+        let left = |open: &str, close: &str| {
+            let left = elapsed * (1.0 / fraction - 1.0);
+            if is_begun { format!("{open}about {left:.0} s left{close}") } else { String::new() }
+        };
         let (what, percent) = (printable(&self.what), 100.0 * fraction);
         if !self.is_bar {
-            return format!("{what}: {percent:.0} %, {elapsed:.0} s, about {left:.0} s left\n");
+            return format!("{what}: {percent:.0} %, {elapsed:.0} s{}\n", left(", ", ""));
         }
         self.is_drawn = true;
         let bar = "=".repeat((BAR as f64 * fraction) as usize) + ">";
-        let left = if self.done > 0 { format!(" (about {left:.0} s left)") } else { String::new() };
+        let left = left(" (", ")");
         let line = format!("{what:28} [{bar:BAR$}] {percent:>3.0} %  {elapsed:.0} s{left}");
         EMPTY_LINE.to_owned() + &line.chars().take(LINE).collect::<String>()
     }
@@ -287,6 +325,19 @@ mod tests {
         assert_eq!(at(1, 16).as_deref(), Some("rays: 43 %, 16 s, about 21 s left\n"));
         assert_eq!(at(57, 30), None, "the result says that all is done");
         assert_eq!(lines.clear(), None);
+        let mut lines = Shown::new(100, "rays", false);
+        let late = lines.started + LONGEST;
+        lines.suspended = 1;
+        assert_eq!(lines.advance(0, late), None, "another prints");
+        lines.suspended = 0;
+        assert_eq!(lines.advance(0, late).as_deref(), Some("rays: 0 %, 10 s\n"));
+    }
+
+    #[test]
+    fn a_panic_ends_the_collecting() {
+        let broken = std::panic::catch_unwind(|| collecting::<()>(|| panic!("broken")));
+        assert!(broken.is_err());
+        assert_eq!(*collected(), (0, Vec::new()));
     }
 
     #[test]

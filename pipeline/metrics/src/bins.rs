@@ -5,7 +5,6 @@
 
 use super::illuminance::Grid;
 use super::layout::Layout;
-use super::lit::{LitBins, over};
 use super::sampled::{LevelEstimates, Levels, Sampled};
 use super::uniformity;
 use super::uniformity_forms::{POINTS, samples};
@@ -23,17 +22,14 @@ pub struct Bins {
 }
 
 impl Bins {
-    /// Bins of these `measures`, of which these parts are `lit`; all without.
-    pub fn new(measures: &[f64], lit: Option<&LitBins>) -> Self {
-        let part = |k: usize| lit.map_or(1.0, |lit| lit.parts[k]);
-        let measures: Vec<f64> =
-            measures.iter().enumerate().map(|(k, measure)| part(k) * measure).collect();
-        let is_counted = |k: usize| lit.is_none_or(|lit| lit.counted[k] > 0.0);
-        let counted = (0..measures.len()).filter(|k| is_counted(*k)).map(|k| measures[k]);
+    /// Bins of these `measures`, of which those of a share above 0 are `counted`; all without.
+    pub fn new(measures: &[f64], counted: Option<&[f64]>) -> Self {
+        let is_counted = |k: usize| counted.is_none_or(|shares| shares[k] > 0.0);
+        let measured = (0..measures.len()).filter(|k| is_counted(*k)).map(|k| measures[k]);
         Self {
             measure: measures.iter().sum(),
-            least: counted.fold(f64::INFINITY, f64::min),
-            regions: vec![Sampled::densities(&measures, is_counted)],
+            least: measured.fold(f64::INFINITY, f64::min),
+            regions: vec![Sampled::densities(measures, is_counted)],
         }
     }
 
@@ -46,15 +42,11 @@ impl Bins {
         [columns, rows]: [usize; 2],
         layout: &Layout,
         spot: Option<[f64; 2]>,
-        lit: Option<&LitBins>,
+        counted: Option<&[f64]>,
     ) -> Self {
-        let grid = (Grid { columns, rows, bin_mm: 1.0 }, lit.map(|lit| &lit.counted[..]));
+        let grid = (Grid { columns, rows, bin_mm: 1.0 }, counted);
         let area = [-0.5, 0.5].map(|side| [side * columns as f64, side * rows as f64]);
-        let density = |k: usize| lit.map_or(1.0, |lit| over(1.0, lit.parts[k]));
-        let of = |points| {
-            let samples = samples(grid, layout, area, (points, spot)).into_iter();
-            Sampled::points(samples.map(|sample| sample.times(density)).collect())
-        };
+        let of = |points| Sampled::points(samples(grid, layout, area, (points, spot)));
         self.regions.extend([of(&POINTS[..9]), of(&POINTS)]);
         self
     }

@@ -439,6 +439,9 @@ pub const BY_ANGLE: [Definition; 3] = [
 const FORMER: [[&str; 2]; 2] =
     [["half_angle_u_deg", BY_ANGLE[1].key], ["half_angle_v_deg", BY_ANGLE[2].key]];
 
+/// Endings that make the former name before them that of a file.
+const FILES: [&str; 3] = ["csv", "json", "toml"];
+
 /// `text` of a user with the names of figures of today in place of former ones, and a warning for each
 /// that was in it.
 pub fn with_names_of_today(text: &str) -> (Cow<'_, str>, Vec<String>) {
@@ -446,8 +449,18 @@ pub fn with_names_of_today(text: &str) -> (Cow<'_, str>, Vec<String>) {
     let mut warnings = Vec::new();
     for [former, now] in FORMER {
         // The name of a receiver follows.
-        if text.contains(&format!("{former}.")) {
-            text = text.replace(&format!("{former}."), &format!("{now}.")).into();
+        let dotted = format!("{former}.");
+        let mut parts = text.split(&dotted[..]);
+        let mut of_today = parts.next().unwrap_or_default().to_owned();
+        for part in parts {
+            let ends = |c: char| !(c.is_alphanumeric() || "-_".contains(c));
+            let next = part.split(ends).next().unwrap_or_default();
+            of_today.push_str(if FILES.contains(&next) { former } else { now });
+            of_today.push('.');
+            of_today.push_str(part);
+        }
+        if of_today != *text {
+            text = of_today.into();
             warnings.push(format!("{former} is called {now}, and read as that"));
         }
     }
@@ -538,7 +551,9 @@ mod tests {
         assert_eq!(key("half_angle_u_deg.plate"), None);
         let (text, warnings) = with_names_of_today("\"half_angle_u_deg.plate\" = 90");
         assert_eq!((&text[..], warnings.len()), ("\"fwhm_u_deg.plate\" = 90", 1));
-        assert_eq!(with_names_of_today("half_angle = 1").1, [""; 0]);
+        for same in ["half_angle = 1", "table = \"half_angle_u_deg.csv\""] {
+            assert_eq!(with_names_of_today(same), (Cow::Borrowed(same), Vec::new()));
+        }
         assert_eq!(key("absorbed_by_led_top"), Some(""));
         assert_eq!(key("escaped_up"), Some("escaped_up"));
         for none in ["flux.", "flux", "glow.plate", "absorbed_by_", "escaped_left", "emitted"] {

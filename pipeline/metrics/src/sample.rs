@@ -36,20 +36,6 @@ impl Sample {
         Self::Between { bins, weights }
     }
 
-    /// The same with each bin times a factor of its own.
-    #[must_use]
-    pub fn times(self, factor: impl Fn(usize) -> f64) -> Self {
-        match self {
-            Self::Between { bins, weights } => {
-                let weights = std::array::from_fn(|k| weights[k] * factor(bins[k]));
-                Self::Between { bins, weights }
-            }
-            Self::Spot(bins) => {
-                Self::Spot(bins.iter().map(|(bin, weight)| (*bin, weight * factor(*bin))).collect())
-            }
-        }
-    }
-
     /// Mean over a disc about `[x, y]`, mm, or an ellipse of these diameters along x and y: bins by
     /// their part in it, of those on the map, and the part of that which is `counted`.
     pub fn spot(

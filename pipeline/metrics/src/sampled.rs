@@ -223,7 +223,12 @@ impl Sampled {
         let count = map.count();
         let without = groups.iter().map(|(of_mean, own, with_total)| {
             let (square, squares) = (square - 2.0 * with_total + own, squares - own);
-            without_noise(square, squares, count - 1) / (mean - of_mean).powi(2)
+            let mean = mean - of_mean;
+            if mean <= 0.0 {
+                // As of one bright sample among dark ones.
+                return self.areas.len() as f64 - 1.0;
+            }
+            without_noise(square, squares, count - 1) / (mean * mean)
         });
         let value = without_noise(square, squares, count) / (mean * mean);
         JackknifedFigure::new(value, without.collect())

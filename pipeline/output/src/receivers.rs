@@ -25,7 +25,6 @@ use files::formats::exr;
 use files::formats::exr_layers::Layers;
 use metrics::chromaticity::Tristimulus;
 use metrics::hits::with_one_path;
-use metrics::lit::over;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use metrics::{Estimate, Grouped};
 use report::plots::{
@@ -35,7 +34,6 @@ use report::plots::{
 use results::Figure;
 use results::figure_entry::FigureEntry;
 use results::schema::{BY_ANGLE, ReceiverEntry};
-use simulate::lit;
 use simulate::observation::by_angle::curves_by_angle;
 use simulate::observation::colours::Tristimulus as Tristimuli;
 use simulate::units::Units;
@@ -75,9 +73,9 @@ pub(super) fn write(
     let (mut files, mut said) = (Vec::new(), BTreeMap::new());
     for (number, (receiver, powers)) in design.receivers.iter().zip(seen).enumerate() {
         let colours = shared.colours.map(|all| &all[number]);
-        let output = ReceiverOutput::new(design, receiver, &powers, colours, shared)?;
+        let output = ReceiverOutput::new(receiver, &powers, colours, shared)?;
         let sums = output.sums(&powers, shared.units);
-        let by_angle = curves_by_angle(design, receiver, &powers, shared.units, shared.one_path)?;
+        let by_angle = curves_by_angle(receiver, &powers, shared.units, shared.one_path)?;
         // Files take memory too.
         drop(powers);
         let mut of_receiver = output.write(shared)?;
@@ -99,7 +97,7 @@ pub(super) fn keep(
     let (mut arrays, mut said) = (Vec::new(), BTreeMap::new());
     for (number, (receiver, powers)) in design.receivers.iter().zip(seen).enumerate() {
         let colours = shared.colours.map(|all| &all[number]);
-        let output = ReceiverOutput::new(design, receiver, &powers, colours, shared)?;
+        let output = ReceiverOutput::new(receiver, &powers, colours, shared)?;
         let sums = output.sums(&powers, shared.units);
         drop(powers);
         said.insert(receiver.name().to_owned(), output.describe(&sums, &[], shared));
@@ -142,7 +140,6 @@ struct ReceiverColours {
 
 impl<'a> ReceiverOutput<'a> {
     fn new(
-        design: &Design,
         receiver: &'a CheckedReceiver,
         powers: &Grouped,
         colours: Option<&Tristimuli>,
@@ -150,13 +147,12 @@ impl<'a> ReceiverOutput<'a> {
     ) -> Result<Self> {
         let (detector, units) = (&receiver.detector, shared.units);
         let (quantity, factor) = scale(&detector.measurement, units);
-        let measures = lit::measures(design, receiver);
-        let per = |bin: usize| over(factor, measures[bin]);
-        let (value, mut standard_error) = powers.each(|bin, power| per(bin) * power);
+        let measures = detector.measures();
+        let (value, mut standard_error) = powers.each(|bin, power| factor * power / measures[bin]);
         // The power of a bin that no path reached is not known to be 0.
-        let bins = value.iter().zip(&mut standard_error).enumerate();
-        for (bin, (value, error)) in bins.take(detector.places()) {
-            let one_path = per(bin) * shared.one_path;
+        let bins = value.iter().zip(&mut standard_error).zip(&measures);
+        for ((value, error), measure) in bins.take(detector.places()) {
+            let one_path = factor * shared.one_path / measure;
             *error = with_one_path(Estimate::new(*value, *error), one_path).standard_error;
         }
         let angle =
@@ -193,7 +189,7 @@ impl<'a> ReceiverOutput<'a> {
             let mean = |place: usize| {
                 let bins = place * directions..(place + 1) * directions;
                 let power: f64 = powers.total()[bins.clone()].iter().sum();
-                over(factor * power, measures[bins].iter().sum())
+                factor * power / measures[bins].iter().sum::<f64>()
             };
             let means: Vec<f64> = (0..places).map(mean).collect();
             // A dark picture, or one of a single bin, shows nothing.
@@ -212,7 +208,7 @@ impl<'a> ReceiverOutput<'a> {
                 };
                 [0, 1, 2].map(|k| colours[k].map(sums))
             });
-            let bins = scaled(colours, |bin| over(factor, measures[bin]));
+            let bins = scaled(colours, |bin| factor / measures[bin]);
             ReceiverColours { unit: quantity.unit(), bins, places }
         });
         Ok(Self { receiver, quantity, axes, value, standard_error, map, colours })

@@ -17,7 +17,7 @@ pub const COLUMNS: [&str; 5] = ["value", "standard_error", "low", "high", "peak_
 /// Largest ratio, such as a variation over its mean, that tells more than none where 0 is as likely.
 const LARGEST_RATIO: f64 = 1.0;
 
-/// Least and largest value of figures of a unit.
+/// Smallest and largest value of figures of a unit.
 fn range(unit: Unit) -> [f64; 2] {
     match unit {
         Unit::Fraction => [0.0, 1.0],

@@ -176,7 +176,7 @@ impl Distance {
         root(self.square, self.square_error)
     }
 
-    /// What the distance has more than another, as the root of the difference of the squares.
+    /// Excess of the distance over another, as the root of the difference of the squares.
     fn beyond(&self, baseline: &Self) -> String {
         let error = self.square_error.hypot(baseline.square_error);
         root(self.square - baseline.square, error)
@@ -204,9 +204,9 @@ impl Comparison {
         if let Some(distance) = self.of_verdict(model) {
             return distance.beyond_noise();
         }
-        let incomplete = self.far_fields.iter().filter(|far| !far.is_complete());
+        let mut incomplete = self.far_fields.iter().filter(|far| !far.is_complete());
         let of_model = |far: &&FarField| [model, Model::FullWave].contains(&far.model);
-        incomplete.filter(of_model).next_back().map_or_else(
+        incomplete.rfind(of_model).map_or_else(
             || "not computed".to_owned(),
             |far| {
                 let (missing, name) = (significant(100.0 * far.missing), far.model.name());

@@ -10,7 +10,7 @@ use metrics::figures::{
 
 use crate::schema::ReceiverEntry;
 
-/// What a design that is looked at is asked for beside its luminance.
+/// Figures that a design that is looked at is asked for beside its luminance.
 const OF_ALL_LIGHT: [&str; 3] = [ESCAPED_UP.key, EXTRACTION.key, FLUX_UP.key];
 
 /// Keys of the figures that stand first. What is looked at from a side is known by the luminance on

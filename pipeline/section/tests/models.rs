@@ -56,7 +56,7 @@ fn light_from_the_centre_of_half_a_cylinder_is_uniform() {
 #[test]
 fn rounded_corners_are_the_limit_of_many_chords() {
     let dome = SphericalDome { sphere_radius_mm: 2.0, height_mm: 1.5, radius_mm: 1.8 };
-    let rounding = Rounding { tip_mm: 4e-5, valley_mm: 8e-5 };
+    let rounding = Rounding { tip_mm: 1e-5, valley_mm: 1.5e-5 };
     let relief = Elements { rounding, ..relief(Shape::Os1, 3) };
     let section = Section::new(&Base::Sphere(dome), &relief, 3, 1.2, 0.55, [1.3, 1.0]).unwrap();
     let chords = |surface: Surface| {
@@ -90,7 +90,7 @@ fn rounded_corners_are_the_limit_of_many_chords() {
         trace(scene, &places, &edges(36), 400_000, seed)
     };
     let (arcs, lines) = (at(&arcs, 1), at(&lines, 2));
-    assert!(arcs.lost < 1e-4 && lines.lost < 1e-4, "lost {} and {}", arcs.lost, lines.lost);
+    assert!(arcs.lost < 1e-3 && lines.lost < 1e-3, "lost {} and {}", arcs.lost, lines.lost);
     let deviation = largest_deviation(&arcs, &lines, 0.0);
     assert!(deviation < 5.0, "{deviation}");
 }

@@ -2,6 +2,7 @@
 //! A design in words, for people: what `check` prints and what the page says was simulated.
 
 use design::Design;
+use design::resolved::EmittedFlux;
 use design::resolved::array::PackagePositions;
 use design::resolved::dome::Dome;
 use design::resolved::led::{BoxPlace, Led};
@@ -79,9 +80,7 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
         ),
     );
     if let Some(flux) = design.emitted {
-        let [w, lm] = [flux.radiant_w, flux.luminous_lm].map(shortest);
-        let electrical = flux.electrical_w.map(|w| format!(" of {} W electrical", shortest(w)));
-        line("emits", format!("{w} W, {lm} lm{}, each package", electrical.unwrap_or_default()));
+        line("emits", emitted(&flux));
     }
     if !design.sources.is_empty() {
         let names = design.sources.iter().map(|s| s.name().to_owned());
@@ -130,6 +129,14 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
         line("receiver", self::receiver(receiver));
     }
     lines
+}
+
+/// Watts and lumens that each package emits, and the electrical watts that it takes, where stated.
+fn emitted(flux: &EmittedFlux) -> String {
+    let [w, lm] = [flux.radiant_w, flux.luminous_lm].map(shortest);
+    let input =
+        flux.electrical_w.map_or_else(String::new, |w| format!(" of {} W electrical", shortest(w)));
+    format!("{w} W, {lm} lm{input}, each package")
 }
 
 /// What the map of the plane is made of, in words.

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The part of each bin of a rectangle receiver that can be lit.
+//! The bins of the plane, the part of each that can be lit, and bins of receivers that figures count.
 //!
 //! The walls of the housing are opaque: of a bin that they cut, what lies between them is lit, and its
-//! light is divided by that area. Bins beyond the walls are lit where no wall stands. A film ends at
-//! its edge, where the light above it jumps: bins that the edge cuts hold light of both sides, and
+//! light is divided by that area. Bins beyond the walls are lit where no wall stands. Walls may cut the
+//! plane alone: other receivers that they cut are refused. A film ends at its edge, where the light above it jumps: bins that the edge cuts hold light of both sides, and
 //! figures leave them out where the film is nearer than such a bin is wide.
-
-use tracer::Measurement;
 
 use design::Design;
 use design::resolved::receivers::CheckedReceiver;
@@ -15,92 +13,86 @@ use design::schema::receivers::Normal;
 use metrics::illuminance::Grid;
 use metrics::lit::LitBins;
 
-use super::observation::plane_grid;
-
 /// Parts of a bin that are rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// A rectangle at right angles to an axis, cut into bins.
+/// A level rectangle that is cut into bins.
 struct Rectangle {
-    /// Numbers of the axes of u, v and the normal.
-    axes: [usize; 3],
-    /// Lower ends along u and v, mm.
+    /// Lower ends along x and y, mm.
     low_mm: [f64; 2],
-    /// Lengths of a bin along u and v, mm.
+    /// Lengths of a bin along x and y, mm.
     bin_mm: [f64; 2],
     bins: [usize; 2],
-    /// Its place along the normal, mm.
-    at_mm: f64,
-    faces_up: bool,
+    z_mm: f64,
 }
 
-/// The lit parts of the bins of the plane; `None` where all are whole.
+/// Bins of the plane: centred on the array, up to the margin beyond the outermost axes. Their
+/// number is even, or makes whole bins of those that are read.
+pub fn plane_grid(design: &Design) -> Grid {
+    let r = &design.receiver;
+    let margin_mm = r.margin_mm(design.array.pitch_mm);
+    let whole = |length: f64, bin: f64| (length / bin - 1e-9).ceil() as usize;
+    let [columns, rows] = design.half_extent_mm().map(|half| match r.read_bin_mm {
+        Some(read) => whole(2.0 * (half + margin_mm), read) * r.read_together(),
+        None => 2 * whole(half + margin_mm, r.bin_mm),
+    });
+    Grid { columns, rows, bin_mm: r.bin_mm }
+}
+
+/// The lit parts of the bins of the plane; `None` where all are whole and counted.
 pub fn of_plane(design: &Design) -> Option<LitBins> {
     let Grid { columns, rows, bin_mm } = plane_grid(design);
     let bins = [columns, rows];
-    Rectangle {
-        axes: [0, 1, 2],
+    let plane = Rectangle {
         low_mm: bins.map(|count| -0.5 * count as f64 * bin_mm),
         bin_mm: [bin_mm; 2],
         bins,
-        at_mm: design.receiver.plane_height_mm,
-        faces_up: true,
+        z_mm: design.receiver.plane_height_mm,
+    };
+    let (parts, is_cut) = (plane.parts(design), plane.cut_by_film(design));
+    if parts.is_none() && is_cut.is_none() {
+        return None;
     }
-    .lit(design)
+    let parts = parts.unwrap_or_else(|| vec![1.0; columns * rows]);
+    let counted: Vec<f64> = match is_cut {
+        Some(is_cut) => {
+            parts.iter().zip(is_cut).map(|(p, cut)| if cut { 0.0 } else { *p }).collect()
+        }
+        None => parts.clone(),
+    };
+    // Where a film cuts every bin, all count.
+    let counted = if counted.iter().any(|part| *part > 0.0) { counted } else { parts.clone() };
+    parts.iter().any(|part| *part > 0.0).then_some(LitBins { parts, counted })
 }
 
-/// The lit parts of the places of `receiver`; `None` where all are whole, and of what is no rectangle.
-pub fn of_receiver(design: &Design, receiver: &CheckedReceiver) -> Option<LitBins> {
-    let stated = receiver.stated.kind.rectangle()?;
-    let axes = match stated.normal {
-        Normal::Up | Normal::Down => [0, 1, 2],
-        Normal::AlongX | Normal::AgainstX => [1, 2, 0],
-        Normal::AlongY | Normal::AgainstY => [0, 2, 1],
-    };
-    let of_axis = |k: usize| stated.position_mm[axes[k]];
-    Rectangle {
-        axes,
-        low_mm: [0, 1].map(|k| of_axis(k) - 0.5 * stated.size_mm[k]),
+/// The share that figures count of each place of `receiver`, which no wall may cut: 0 where the edge of
+/// a film does; `None` where all count.
+pub fn counted_places(design: &Design, receiver: &CheckedReceiver) -> Option<Vec<f64>> {
+    let stated = receiver.stated.kind.rectangle().filter(|r| r.normal == Normal::Up)?;
+    let rectangle = Rectangle {
+        low_mm: [0, 1].map(|k| stated.position_mm[k] - 0.5 * stated.size_mm[k]),
         bin_mm: [0, 1].map(|k| stated.size_mm[k] / stated.bins[k] as f64),
         bins: stated.bins,
-        at_mm: of_axis(2),
-        faces_up: stated.normal == Normal::Up,
-    }
-    .lit(design)
-}
-
-/// Divisors of the power in the bins of `receiver`: its measures, of the part of each place that can be
-/// lit.
-pub fn measures(design: &Design, receiver: &CheckedReceiver) -> Vec<f64> {
-    let detector = &receiver.detector;
-    let mut measures = detector.measures();
-    if let Some(lit) = of_receiver(design, receiver) {
-        let directions = match &detector.measurement {
-            Measurement::Luminance(_, angles) => angles.bins(),
-            _ => 1,
-        };
-        let places = lit.parts.len();
-        for (bin, measure) in measures.iter_mut().enumerate() {
-            *measure *= lit.parts[bin / directions % places];
-        }
-    }
-    measures
+        z_mm: stated.position_mm[2],
+    };
+    let is_cut = rectangle.cut_by_film(design)?;
+    let counted: Vec<f64> = is_cut.into_iter().map(|cut| f64::from(u8::from(!cut))).collect();
+    counted.contains(&1.0).then_some(counted)
 }
 
 /// Films of `design` whose edge cuts bins of the plane or of a receiver, which figures leave out, each
 /// with the key of those bins.
 pub fn cut_by_films(design: &Design) -> Vec<(String, &CheckedSolid)> {
-    let leaves_out = |lit: Option<LitBins>| {
-        lit.is_some_and(|lit| lit.parts.iter().zip(&lit.counted).any(|(part, of)| of < part))
-    };
+    let plane_is_cut =
+        of_plane(design).is_some_and(|lit| lit.parts.iter().zip(&lit.counted).any(|(p, c)| c < p));
     let mut cut = Vec::new();
-    if leaves_out(of_plane(design)) {
+    if plane_is_cut {
         let film = film_below(design, design.receiver.plane_height_mm);
         cut.extend(film.map(|film| ("receiver.bin_mm".to_owned(), film)));
     }
     for (number, receiver) in design.receivers.iter().enumerate() {
         let z_mm = receiver.stated.kind.rectangle().map(|stated| stated.position_mm[2]);
-        if let Some(z_mm) = z_mm.filter(|_| leaves_out(of_receiver(design, receiver))) {
+        if let Some(z_mm) = z_mm.filter(|_| counted_places(design, receiver).is_some()) {
             let key = format!("receivers[{}].bins", number + 1);
             cut.extend(film_below(design, z_mm).map(|film| (key, film)));
         }
@@ -116,26 +108,8 @@ fn film_below(design: &Design, z_mm: f64) -> Option<&CheckedSolid> {
 }
 
 impl Rectangle {
-    fn lit(&self, design: &Design) -> Option<LitBins> {
-        let parts = self.parts(design);
-        let is_cut = self.cut_by_film(design, parts.as_deref());
-        if parts.is_none() && is_cut.is_none() {
-            return None;
-        }
-        let parts = parts.unwrap_or_else(|| vec![1.0; self.bins[0] * self.bins[1]]);
-        let mut counted = parts.clone();
-        for (part, is_cut) in counted.iter_mut().zip(is_cut.iter().flatten()) {
-            *part = if *is_cut { 0.0 } else { *part };
-        }
-        // Where nothing is lit, the figures of what is dark are those of all bins.
-        counted.iter().any(|part| *part > 0.0).then_some(LitBins { parts, counted })
-    }
-
-    /// Of each bin along u (`k` 0), v (1) or the normal (2), the share of its length between two ends.
+    /// Of each bin along x (`k` 0) or y (1), the share of its length between two ends.
     fn shares(&self, k: usize, [from, to]: [f64; 2]) -> Vec<f64> {
-        if k == 2 {
-            return vec![if (from..to).contains(&self.at_mm) { 1.0 } else { 0.0 }];
-        }
         let edge = |bin: usize| self.low_mm[k] + bin as f64 * self.bin_mm[k];
         let share = |bin| (edge(bin + 1).min(to) - edge(bin).max(from)) / self.bin_mm[k];
         let rounded = |share: f64| match share {
@@ -146,48 +120,43 @@ impl Rectangle {
         (0..self.bins[k]).map(|bin| rounded(share(bin))).collect()
     }
 
-    /// Share of the area of each bin within a box.
-    fn within(&self, ends: [[f64; 2]; 3]) -> Vec<f64> {
-        let [u, v, n] = [0, 1, 2].map(|k| self.shares(k, ends[self.axes[k]]));
-        let (u, n) = (&u, n[0]);
-        v.iter().flat_map(|v| u.iter().map(move |u| u * v * n)).collect()
+    /// Share of the area of each bin within these ends along x and y.
+    fn within(&self, ends: [[f64; 2]; 2]) -> Vec<f64> {
+        let [x, y] = [0, 1].map(|k| self.shares(k, ends[k]));
+        let x = &x;
+        y.iter().flat_map(|y| x.iter().map(move |x| x * y)).collect()
     }
 
     /// The parts that walls leave; `None` where they cut no bin.
     fn parts(&self, design: &Design) -> Option<Vec<f64>> {
         let (housing, half) = (design.housing.as_ref()?, design.housing_half_mm()?);
-        let of_walls = |beyond: f64, z_mm: [f64; 2]| {
-            let [x, y] = half.map(|half| [-half - beyond, half + beyond]);
-            self.within([x, y, z_mm])
-        };
-        let everywhere = [f64::NEG_INFINITY, f64::INFINITY];
-        let height = [f64::NEG_INFINITY, housing.height_mm];
-        let above = self.within([everywhere, everywhere, [housing.height_mm, f64::INFINITY]]);
-        let (inner, outer) = (of_walls(0.0, height), of_walls(housing.thickness_mm, height));
-        let all = above.iter().zip(inner).zip(outer);
-        let parts = all.map(|((above, inner), outer)| {
+        if self.z_mm >= housing.height_mm {
+            return None;
+        }
+        let of_walls = |beyond: f64| self.within(half.map(|half| [-half - beyond, half + beyond]));
+        let (inner, outer) = (of_walls(0.0), of_walls(housing.thickness_mm));
+        let part = |(inner, outer): (f64, f64)| {
             // Beyond the walls is light of its own, of which a bin that holds both counts none.
-            let part = if inner > 0.0 { above + inner } else { 1.0 - outer };
+            let part = if inner > 0.0 { inner } else { 1.0 - outer };
             if part > 1.0 - ROUNDING { 1.0 } else { part.max(0.0) }
-        });
-        let parts: Vec<f64> = parts.collect();
+        };
+        let parts: Vec<f64> = inner.into_iter().zip(outer).map(part).collect();
         parts.iter().any(|part| *part < 1.0).then_some(parts)
     }
 
     /// True of bins that the edge of a film just below cuts; `None` without any.
-    fn cut_by_film(&self, design: &Design, parts: Option<&[f64]>) -> Option<Vec<bool>> {
-        let film = film_below(design, self.at_mm).filter(|_| self.faces_up)?;
+    fn cut_by_film(&self, design: &Design) -> Option<Vec<bool>> {
+        let film = film_below(design, self.z_mm)?;
         let around = film.form.upright_box()?;
-        if self.at_mm - around.high.z >= self.bin_mm[0].min(self.bin_mm[1]) {
+        if self.z_mm - around.high.z >= self.bin_mm[0].min(self.bin_mm[1]) {
             return None;
         }
-        let ends = |k: usize| [around.low[k], around.high[k]];
-        let over = self.within([ends(0), ends(1), [f64::NEG_INFINITY, f64::INFINITY]]);
-        let is_cut = over.into_iter().enumerate().map(|(bin, over)| {
-            let part = parts.map_or(1.0, |parts| parts[bin]);
-            over > ROUNDING && over < part - ROUNDING
-        });
-        let is_cut: Vec<bool> = is_cut.collect();
+        // A film that reaches the walls ends where the bins between them do.
+        let parts = self.parts(design);
+        let part = |bin: usize| parts.as_ref().map_or(1.0, |parts| parts[bin]);
+        let over = self.within([0, 1].map(|k| [around.low[k], around.high[k]]));
+        let is_cut = |(bin, over): (usize, f64)| over > ROUNDING && over < part(bin) - ROUNDING;
+        let is_cut: Vec<bool> = over.into_iter().enumerate().map(is_cut).collect();
         is_cut.contains(&true).then_some(is_cut)
     }
 }
@@ -236,18 +205,5 @@ mod tests {
         assert_eq!(lit.parts, lit.counted);
         // Above the walls all is open.
         assert_eq!(of_plane(&walled(7.0)), None);
-    }
-
-    #[test]
-    fn an_upright_rectangle_is_cut_by_walls_up_to_their_height() {
-        let of = |at_mm: f64| {
-            let (low_mm, bin_mm) = ([-3.5, 6.0], [0.5, 1.0]);
-            Rectangle { axes: [1, 2, 0], low_mm, bin_mm, bins: [14, 2], at_mm, faces_up: false }
-        };
-        // Between the walls: along y they begin with the bins at 3.5 mm, and cut none.
-        assert_eq!(of(0.0).lit(&walled(5.5)), None);
-        // In a wall, that of the lower row above it alone: 6.85 to 7 mm of 6 to 7 mm.
-        let lit = of(3.5).lit(&walled(5.5)).expect("a wall");
-        assert!((lit.parts[3] - 0.15).abs() < 1e-12 && lit.parts[14 + 3] >= 1.0, "{lit:?}");
     }
 }

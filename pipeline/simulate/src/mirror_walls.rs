@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! What is not its own mirror image between walls that mirror.
+//! Parts of a design that are not their own mirror images between walls that mirror.
 //!
 //! Such walls stand for an endless array where the planes x = 0 and y = 0 mirror each package, and
 //! the whole array, on themselves. Anything else is turned into its image from cell to cell. Light
@@ -23,13 +23,13 @@ use metrics::illuminance::Symmetry;
 use super::solids::surface_points;
 use super::symmetry;
 
-/// Least reflectance of walls that may stand for an endless array.
+/// Minimum reflectance of walls that may stand for an endless array.
 const MIRRORS: f64 = 0.9;
 /// Largest distance of an image from what it is the image of, as a share of its size.
 const SAME: f64 = 1e-3;
 /// Share of the points of a surface whose images must lie on it; others may lie at an edge.
 const MAJORITY: f64 = 0.9;
-/// Most parts that the warning names.
+/// Maximum number of parts that the warning names.
 const MOST: usize = 4;
 
 /// The warning on `design`, if its walls mirror and something is not its own image in them.

@@ -41,6 +41,7 @@ pub use self::known::{check_figure, is_comparable, unit_in_files, unit_of, why_a
 use self::reader::{Column, Reader};
 pub(super) use self::readers::of_one_path;
 use self::readers::readers;
+pub use super::lit::plane_grid;
 use super::{lit, symmetry};
 
 /// Values by the keys of figures.
@@ -86,19 +87,6 @@ pub mod receiver {
     pub const PLANE: usize = 1;
     /// The first of `[[receivers]]`.
     pub const OTHERS: usize = 2;
-}
-
-/// Bins of the plane: centred on the array, up to the margin beyond the outermost axes. Their
-/// number is even, or makes whole bins of those that are read.
-pub fn plane_grid(design: &Design) -> Grid {
-    let r = &design.receiver;
-    let margin_mm = r.margin_mm(design.array.pitch_mm);
-    let whole = |length: f64, bin: f64| (length / bin - 1e-9).ceil() as usize;
-    let [columns, rows] = design.half_extent_mm().map(|half| match r.read_bin_mm {
-        Some(read) => whole(2.0 * (half + margin_mm), read) * r.read_together(),
-        None => 2 * whole(half + margin_mm, r.bin_mm),
-    });
-    Grid { columns, rows, bin_mm: r.bin_mm }
 }
 
 /// Bins of the far field of `design`.
@@ -430,12 +418,12 @@ impl Observation {
             self.far_field.runs(of_each).iter().map(|p| far_field_reading.bin_by_bin(p)).collect();
         let layout = layout(design);
         let map = self.illuminance.runs(of_each);
-        let lit = lit::of_plane(design);
+        let (lit, together) = (lit::of_plane(design), design.receiver.read_together());
+        let counted = lit.as_ref().map(|lit| lit.coarser(self.grid, together).counted);
         let read = |map: &Vec<f64>| {
-            let together = design.receiver.read_together();
             let grid = coarser(&[], self.grid, together).1;
             let map = binned(map, self.grid, together, lit.as_ref());
-            let map = above_zero(&map, design.receiver.zero);
+            let map = above_zero(&map, counted.as_deref(), design.receiver.zero);
             bin_by_bin(&map, grid, &layout, design.receiver.full_scale)
         };
         let map: Option<Vec<f64>> = map.iter().map(read).collect();
@@ -508,11 +496,13 @@ fn binned(map: &[f64], grid: Grid, together: usize, lit: Option<&LitBins>) -> Ve
     }
 }
 
-/// A map above darkness, or above its own smallest bin.
-fn above_zero(map: &[f64], zero: Zero) -> Vec<f64> {
+/// A map above darkness, or above its own smallest bin of those that are `counted`.
+fn above_zero(map: &[f64], counted: Option<&[f64]>, zero: Zero) -> Vec<f64> {
+    let is_counted = |bin: usize| counted.is_none_or(|shares| shares[bin] > 0.0);
+    let counted_bins = map.iter().enumerate().filter(|(bin, _)| is_counted(*bin));
     let least = match zero {
         Zero::Dark => 0.0,
-        Zero::Smallest => map.iter().copied().fold(f64::INFINITY, f64::min),
+        Zero::Smallest => counted_bins.map(|(_, value)| *value).fold(f64::INFINITY, f64::min),
     };
     map.iter().map(|l| l - least).collect()
 }

@@ -63,7 +63,9 @@ impl FromStr for ErrorTarget {
             format!("expected FIGURE=ERROR, such as uniformity=0.1%, with one of {keys}")
         };
         let (text, warnings) = figures::with_names_of_today(text);
-        warnings.iter().for_each(|warning| warn_once(warning));
+        for warning in &warnings {
+            warn_once(warning);
+        }
         let (figure, error) = text.split_once('=').ok_or_else(expected)?;
         let unit = figures::find(figure).ok_or_else(expected)?.unit;
         let is_share = unit.is_percentage() || unit == Unit::Relative;

@@ -253,7 +253,7 @@ fn scaled_section(
     Ok(section)
 }
 
-/// What full wave solves: the section, and the smooth dome of its size where it has relief.
+/// Bodies that full wave solves: the section, and the smooth dome of its size where it has relief.
 fn bodies(section: &Section, resolution: Resolution) -> Result<Vec<Body>> {
     let smooth = (!section.is_smooth()).then(|| section.smooth());
     std::iter::once(section).chain(&smooth).map(|dome| body(dome, resolution)).collect()

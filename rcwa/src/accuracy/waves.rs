@@ -9,7 +9,8 @@
 //! tolerance in single orders of single directions; their slices follow their walls. Other
 //! structures begin with the orders that propagate. Efficiencies swing about their limit while
 //! orders are added, and those of every second or third order may lie on curves of their own; so M
-//! is compared with the last two steps and with its neighbours. Work is counted, not timed, so that the result is the same on every machine.
+//! is compared with the last two steps and with its neighbours. Work is counted, not timed, so that
+//! the result is the same on every machine.
 
 mod stairs;
 

@@ -252,7 +252,7 @@ fn assert_refused(text: &str, says: &str) {
 #[test]
 fn files_of_a_wrong_form_are_refused_with_the_line() {
     for (text, says) in [
-        ("", "DATA is missing"),
+        ("", "the key DATA of a YAML file of refractiveindex.info is missing"),
         ("DATA:\n", "gives n is missing"),
         ("DATA: 5\n", "line 1: expected a list below DATA:, got \"5\""),
         ("nonsense\n", "line 1: expected KEY:"),

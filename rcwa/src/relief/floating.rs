@@ -26,7 +26,8 @@ pub struct Ridges<'a, M> {
 
 impl<M: PartialEq> Ridges<'_, M> {
     /// The first polygon whose material is that of a half-space on which none of its material
-    /// stands, with those half-spaces. A layer over the whole period floats by right.
+    /// stands, with those half-spaces. A layer over the whole period floats by right, and so does
+    /// what rests on another material.
     pub fn floating(&self) -> Option<(usize, Vec<Side>)> {
         self.polygons.iter().enumerate().find_map(|(number, (material, points))| {
             if material == self.background || self.is_layer(points) {
@@ -35,7 +36,9 @@ impl<M: PartialEq> Ridges<'_, M> {
             let alike = Side::BOTH.into_iter().filter(|s| self.half_spaces[s.number()] == material);
             let alike: Vec<Side> = alike.collect();
             let mut like_it = self.polygons.iter().filter(|other| other.0 == *material);
-            let stands = like_it.any(|other| alike.iter().any(|&side| self.stands(other.1, side)));
+            let stands = like_it.any(|(_, points)| {
+                self.rests(material, points) || alike.iter().any(|&side| self.stands(points, side))
+            });
             (!alike.is_empty() && !stands).then_some((number, alike))
         })
     }
@@ -48,6 +51,20 @@ impl<M: PartialEq> Ridges<'_, M> {
         sides(points).any(|(a, b)| is_there(a) && is_there(b) && (a[0] - b[0]).abs() > slack)
     }
 
+    /// True where a level side of a polygon of `material` lies on that of a polygon of another.
+    fn rests(&self, material: &M, points: &[[f64; 2]]) -> bool {
+        let slack = SLACK * self.depth.max(self.period);
+        let is_other = |other: &M| other != material && other != self.background;
+        let others = self.polygons.iter().filter(|(other, _)| is_other(other));
+        others.flat_map(|(_, points)| level_sides(points, slack)).any(|(from, to)| {
+            level_sides(points, slack).any(|(a, b)| {
+                let low = a[0].min(b[0]).max(from[0].min(to[0]));
+                let high = a[0].max(b[0]).min(from[0].max(to[0]));
+                (a[1] - from[1]).abs() <= slack && high - low > slack
+            })
+        })
+    }
+
     /// True for a rectangle over the whole period.
     fn is_layer(&self, points: &[[f64; 2]]) -> bool {
         let size = |axis: usize| {
@@ -57,6 +74,11 @@ impl<M: PartialEq> Ridges<'_, M> {
         let area: f64 = sides(points).map(|(a, b)| 0.5 * (a[0] * b[1] - a[1] * b[0])).sum();
         size(0) >= WHOLE * self.period && area.abs() >= WHOLE * size(0) * size(1)
     }
+}
+
+/// The sides of a polygon whose ends differ by no more than `slack` in height.
+fn level_sides(points: &[[f64; 2]], slack: f64) -> impl Iterator<Item = ([f64; 2], [f64; 2])> {
+    sides(points).filter(move |(a, b)| (a[1] - b[1]).abs() <= slack)
 }
 
 /// Warning of ridges of this name that float.
@@ -100,5 +122,23 @@ mod tests {
         assert_eq!(missed(&upside_down, 2, 2), None);
         let layer = [[0.0, 0.1], [1.0, 0.1], [1.0, 0.2], [0.0, 0.2]];
         assert_eq!(missed(&layer, 1, 2), None);
+    }
+
+    #[test]
+    fn a_ridge_on_a_layer_of_another_material_stands() {
+        let ridge = [[0.2, 0.0], [0.6, 0.0], [0.6, 0.2], [0.2, 0.2]];
+        let layer = [[0.0, 0.2], [1.0, 0.2], [1.0, 0.3], [0.0, 0.3]];
+        let half_spaces = [&1, &2];
+        for (of_layer, expected) in [(3, None), (1, Some((0, vec![Side::Bottom])))] {
+            let polygons = [(2, &ridge[..]), (of_layer, &layer[..])];
+            let ridges = Ridges {
+                period: 1.0,
+                depth: 0.3,
+                background: &1,
+                polygons: &polygons,
+                half_spaces,
+            };
+            assert_eq!(ridges.floating(), expected);
+        }
     }
 }

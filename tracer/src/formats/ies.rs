@@ -124,16 +124,16 @@ pub fn read(text: &str) -> Result<Ies, FormatError> {
 
 /// The numbers behind the TILT line, and the number of the last line, of words that blanks, line ends,
 /// or a comma and a blank separate. Commas alone separate too (LM-63 before 2002) where the counts are
-/// right by that, or where numbers are written with points.
+/// right by that; a word with one of them is else a number with a decimal comma.
 fn numbers(lines: &[(usize, &str)], tilt: (usize, &str)) -> Result<(Ies, usize), FormatError> {
     let by_blanks = words(lines, char::is_whitespace);
-    let has = |mark: char| by_blanks.iter().any(|(_, word)| word.contains(mark));
-    let read = tilted(by_blanks.clone(), tilt);
-    if read.is_ok() || !has(',') {
+    let commas = by_blanks.iter().map(|(_, word)| word.matches(',').count()).max().unwrap_or(0);
+    let read = tilted(by_blanks, tilt);
+    if read.is_ok() || commas == 0 {
         return read;
     }
     let by_commas = tilted(words(lines, |c| c.is_whitespace() || c == ','), tilt);
-    if by_commas.is_ok() || has('.') { by_commas } else { read }
+    if by_commas.is_ok() || commas > 1 { by_commas } else { read }
 }
 
 /// The words of lines, each with the number of its line; a comma behind a word is none of it.

@@ -2,9 +2,9 @@
 //! Speos binary ray files (`.ray`): seven f32 before the rays, then eight for each ray: start in
 //! mm, direction, wavelength in nm and flux in W, all little-endian.
 //!
-//! The header is the radiant flux of all rays, whose powers are weights, five numbers that public code
-//! writes as 2 and passes over, and the luminous flux. It holds no mark and no number of rays: a file is told from one of LightTools
-//! by what it holds, see [`begins_like_one`].
+//! The header is the radiant flux of all rays, whose powers are weights, five numbers that public
+//! code writes as 2 and passes over, and the luminous flux. It holds no mark and no number of rays:
+//! a file is told from one of LightTools by what it holds, see [`begins_like_one`].
 //!
 //! Layout: the public converter `ansys/optical-automation` (`dpf_rayfile.py`,
 //! `rayfile_converter.py`).

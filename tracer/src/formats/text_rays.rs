@@ -243,9 +243,10 @@ const NUMBERS_OF_RAY: std::ops::RangeInclusive<usize> = 6..=16;
 pub fn begins_like_zemax(lines: &[&str]) -> bool {
     let mut filled =
         lines.iter().filter(|line| !line.is_empty()).map(|line| line.replace(',', " "));
-    let header = filled
-        .next()
-        .and_then(|line| (line.split_whitespace().count() == 2).then(|| zemax_header(&line))?);
+    // Some programs fill the first line up with zeros.
+    let is_filled =
+        |line: &str| line.split_whitespace().skip(2).all(|word| word.parse() == Ok(0.0));
+    let header = filled.next().filter(|line| is_filled(line)).and_then(|line| zemax_header(&line));
     let is_row = |line: String| {
         let words: Vec<&str> = line.split_whitespace().collect();
         NUMBERS_OF_RAY.contains(&words.len())

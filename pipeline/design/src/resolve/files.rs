@@ -9,8 +9,7 @@ use bsdf::Bsdf;
 use tracer::Distribution;
 use tracer::formats::rays::RayRecord;
 
-use files::bounded_text::{MAX_TABLES, bounded_bytes};
-use files::content_hash::sha256_hex;
+use files::content_hash::sha256_of_file;
 use files::formats::content::{self, Content};
 use files::formats::ray_files::{self, RayLight};
 use files::formats::scattering::{self, Scattering};
@@ -96,9 +95,9 @@ impl Files {
 
 /// A file as it is noted, which should hold what is `expected`.
 fn note(name: &str, path: &Path, expected: &str) -> Result<UsedFile> {
-    let bytes = bounded_bytes(path, MAX_TABLES)
+    let sha256 = sha256_of_file(path)
         .with_context(|| format!("{}: expected {expected}, cannot read it", path.display()))?;
-    Ok(UsedFile { file: name.to_owned(), sha256: sha256_hex(&bytes), flux_used: None })
+    Ok(UsedFile { file: name.to_owned(), sha256, flux_used: None })
 }
 
 /// Upward part of the emission, of a file of `[files.source]`.

@@ -63,7 +63,8 @@ fn lower_face_mm(
 ) -> Result<f64, ConfigError> {
     // Without the rounding of sums.
     let is_thin = |gap_mm: f64| gap_mm < LEAST_MM * (1.0 - 1e-6);
-    let thin = "light passes a thinner gap as if it were none; one film of both has none";
+    let thin =
+        "light passes a thinner gap as if it were none; state films without a gap as one film";
     match (film.z_mm, film.gap_mm, below_mm) {
         (Some(z_mm), None, below_mm) if is_thin(z_mm - below_mm.unwrap_or(0.0)) => {
             let below = below_mm.map_or("the bottom".to_owned(), |top_mm| {

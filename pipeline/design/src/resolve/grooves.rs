@@ -63,7 +63,12 @@ pub(crate) fn any(stated: &Grooves, table: &str, at: &Context) -> Result<Grooved
         let got = format!("{first:?} to {last:?}");
         return Err(at.value(&key, got, "one period: both ends at one z, the last at a larger x"));
     }
-    let face = GroovedFace { line_um: line, is_symmetric: false, direction_deg: 0.0 };
+    let period = last[0] - first[0];
+    let is_image = |([x, z], [of_x, of_z]): (&[f64; 2], &[f64; 2])| {
+        (x - first[0] + of_x - last[0]).abs() < 1e-9 * period && (z - of_z).abs() < 1e-9 * period
+    };
+    let is_symmetric = line.iter().zip(line.iter().rev()).all(is_image);
+    let face = GroovedFace { line_um: line, is_symmetric, direction_deg: 0.0 };
     checked(face, stated.direction_deg, [table, "profile_um"], at)
 }
 

@@ -8,7 +8,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use files::bounded_text::{MAX_TABLES, bounded_bytes};
+use files::content_hash::sha256_of_file;
 use files::provenance::FileRecord;
 
 use crate::schema::films::Layer;
@@ -28,9 +28,8 @@ pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
         if inputs.iter().any(|known| known.file == file) {
             continue;
         }
-        let bytes =
-            bounded_bytes(&path, MAX_TABLES).with_context(|| format!("cannot read `{file}`"))?;
-        inputs.push(FileRecord::new(file, &bytes));
+        let sha256 = sha256_of_file(&path).with_context(|| format!("cannot read `{file}`"))?;
+        inputs.push(FileRecord { file, sha256 });
     }
     Ok(inputs)
 }

@@ -8,8 +8,7 @@ use std::path::Path;
 use tracer::glam::{DMat3, DVec3};
 use tracer::{Emission, Emitter, Region};
 
-use files::bounded_text::{MAX_TABLES, bounded_bytes};
-use files::content_hash::sha256_hex;
+use files::content_hash::sha256_of_file;
 use metrics::illuminance::Symmetry;
 
 use super::form;
@@ -51,8 +50,7 @@ pub(crate) fn resolve(
         let scope = Scope { at, weighting };
         let (emitters, symmetry) = emitters(source, led, region, folder, &scope)?;
         let sha256 = |name: &String| {
-            let bytes = bounded_bytes(&folder.join(name), MAX_TABLES);
-            bytes.map(|bytes| sha256_hex(&bytes)).map_err(|e| {
+            sha256_of_file(&folder.join(name)).map_err(|e| {
                 let expected = format!("a file that can be read: {e}");
                 at.value("file", format!("{name:?}"), &expected)
             })

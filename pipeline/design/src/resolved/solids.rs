@@ -30,8 +30,8 @@ use crate::serde_arrays::List;
 /// Faces of a film, with the patches of a box that they are.
 pub(crate) const BOX_FACES: [(&str, usize); 2] = [("top", 1), ("bottom", 2)];
 
-/// Most solids and films: the tracer counts media of a body in eight bits, those of packages and those of the
-/// array together.
+/// Maximum number of solids and films: the tracer counts media of a body in eight bits, those of
+/// packages and those of the array together.
 pub const MAX_SOLIDS: usize = 100;
 
 /// Least width of a gap and thickness of what light enters, mm: below it there is no way through by

@@ -36,7 +36,7 @@ use crate::missing_figure::missing_figure;
 use super::trace_figures::{NamedFigures, SetupFigures, ShortRuns, TraceFigures, TraceId};
 
 /// Version of tracing and reading; raise it whenever the same design would give other numbers.
-const TRACE_VERSION: u32 = 9;
+pub(crate) const TRACE_VERSION: u32 = 9;
 
 /// Folder in the cache of the figures of traces.
 const FOLDER: &str = "traces";

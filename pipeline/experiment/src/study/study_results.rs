@@ -193,8 +193,9 @@ impl StudyResults<'_> {
             let designs = &self.study.setups[index].1;
             let design = designs.iter().find(|design| design.name == place.design);
             let is_shown = |key: &str| find(&self.found[index], place, key).is_some();
-            let why =
-                design.map_or_else(String::new, |design| why_absent(design, figure, is_shown));
+            let why = design.map_or_else(String::new, |design| {
+                why_absent(design, design.trace.paths, figure, is_shown)
+            });
             AbsentFigure { place, figure, target, why }
         })
     }

@@ -21,6 +21,7 @@ use super::deviations::Deviations;
 use super::file::{ConstraintKeys, ToleranceFile};
 use crate::checked_file::{CheckedFile, Texts};
 use crate::design_file::DesignFile;
+use crate::study::compute::TRACE_VERSION;
 
 /// Samples where the file states none.
 const SAMPLES: usize = 200;
@@ -65,6 +66,7 @@ impl ToleranceAnalysis {
         let used = self.design.files.used.iter().map(|used| &used.sha256);
         Key::of(&json!({
             "version": env!("CARGO_PKG_VERSION"),
+            "trace_version": TRACE_VERSION,
             "inputs": named.chain(used).collect::<Vec<_>>(),
             "samples": self.samples,
             "paths": self.paths,

@@ -163,7 +163,7 @@ onState(() => {
   byId("reload").hidden = !state.file_changed;
   saysOver &&= state.file_changed;
   byId("offer").hidden = !state.offers_draft;
-  const disk = [state.unkept && `${state.unkept}; until it is saved it ends with the server.`,
+  const disk = [state.unkept && `${state.unkept}${state.saved ? "" : "; until it is saved it ends with the server"}.`,
     state.file_gone && "The file is gone; Save writes it anew.",
     state.file_changed && `Another program changed the file. Read it again, or Save${saysOver ? " once more, which replaces it" : ", which asks once more before it replaces it"}.`].filter(Boolean);
   byId("disk").hidden = !disk.length;

@@ -8,12 +8,12 @@ use std::sync::{MutexGuard, PoisonError};
 use super::Session;
 use crate::fault::Fault;
 
-/// What lies under the name of the file.
+/// State of the file on the disk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Disk {
-    /// What was last read or written.
+    /// The content last read or written.
     Known,
-    /// What others wrote.
+    /// Content that others wrote.
     Changed,
     /// Nothing.
     Gone,
@@ -22,14 +22,14 @@ pub(super) enum Disk {
 /// The file, as far as the session knows.
 #[derive(Debug)]
 pub(super) struct Saved {
-    /// Its content as last read or written.
+    /// The content as last read or written.
     pub text: String,
     /// True of a file whose lines end as on Windows; texts here end them by `\n` alone.
     pub has_crlf: bool,
     pub disk: Disk,
     /// The draft of an earlier session, until it is taken or discarded.
     pub offered: Option<String>,
-    /// Why the draft cannot be kept beside the file.
+    /// The reason why the draft cannot be kept beside the file, or an old one not be removed.
     pub unkept: Option<String>,
 }
 
@@ -53,7 +53,10 @@ impl Drop for Edit<'_> {
             return;
         }
         let kept = self.session.file.keep(unsaved.as_deref(), is_moving);
-        let unkept = kept.err().map(|error| format!("the draft cannot be kept: {error:#}"));
+        let unkept = kept.err().map(|error| match unsaved {
+            Some(_) => format!("the draft cannot be kept: {error:#}"),
+            None => format!("an old draft stays, and the next start may offer it: {error:#}"),
+        });
         // A folder that refuses it is asked again with the next draft.
         *self.kept = unsaved;
         if self.session.lock().saved.unkept != unkept {
@@ -140,18 +143,18 @@ impl Session {
     pub fn watch(&self) {
         let _edit = self.edit();
         let file = self.file.read();
-        let (found, known, is_saved) = {
+        let (now, before, is_saved) = {
             let state = self.lock();
-            let found = match &file {
-                Ok((now, _)) if *now == state.saved.text => Disk::Known,
+            let now = match &file {
+                Ok((text, _)) if *text == state.saved.text => Disk::Known,
                 Err(error) if error.kind() == ErrorKind::NotFound => Disk::Gone,
                 _ => Disk::Changed,
             };
-            (found, state.saved.disk, state.draft == state.saved.text)
+            (now, state.saved.disk, state.draft == state.saved.text)
         };
         match file {
-            Ok(file) if found == Disk::Changed && is_saved => self.take_file(file),
-            _ if found != known => self.change(|state| state.saved.disk = found),
+            Ok(file) if now == Disk::Changed && is_saved => self.take_file(file),
+            _ if now != before => self.change(|state| state.saved.disk = now),
             _ => {}
         }
     }
@@ -159,6 +162,11 @@ impl Session {
     /// True where the draft is other than the file.
     pub fn is_unsaved(&self) -> bool {
         self.lock().is_unsaved()
+    }
+
+    /// The reason why the draft is not kept beside the file.
+    pub fn unkept(&self) -> Option<String> {
+        self.lock().saved.unkept.clone()
     }
 
     /// The file of the draft, as messages name it.

@@ -244,3 +244,23 @@ fn a_link_stays_and_its_file_is_saved() {
     let saved = std::fs::read_to_string(session.path()).expect("read");
     assert!(saved.contains("pitch_mm = 6.0"), "{saved}");
 }
+
+#[test]
+fn a_draft_that_cannot_be_read_is_refused_by_name() {
+    let (folder, session) = session();
+    std::fs::write(folder.path().join(".own.toml.draft"), b"\xff").expect("written");
+    let refused = Session::open(session.path()).expect_err("refused");
+    assert!(format!("{refused:#}").contains(".own.toml.draft"), "{refused:#}");
+}
+
+#[test]
+fn drafts_that_are_not_kept_or_not_removed_are_told_apart() {
+    let (folder, session) = session();
+    std::fs::create_dir(folder.path().join(".own.toml.draft")).expect("in the way");
+    session.set("array.pitch_mm", Some(&json!(6)), false).expect("set");
+    let unkept = session.unkept().expect("told");
+    assert!(unkept.contains("cannot be kept"), "{unkept}");
+    session.save(false).expect("saved");
+    let unkept = session.unkept().expect("told");
+    assert!(unkept.contains("an old draft stays"), "{unkept}");
+}

@@ -306,7 +306,7 @@ mod tests {
         write_map_npy(&path, &map).unwrap();
         let (shape, back) = npy::read::<f64>(&std::fs::read(&path).unwrap()).unwrap();
         assert_eq!(shape, [2, 2, 3]);
-        assert_eq!([back[5], back[6]], [5.0 / 7.0, 0.5]);
+        assert_eq!([back[5].to_bits(), back[6].to_bits()], [5.0 / 7.0, 0.5].map(f64::to_bits));
     }
 
     #[test]

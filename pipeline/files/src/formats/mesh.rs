@@ -14,7 +14,7 @@ use glam::DVec3;
 
 use geometry::{Curve, Meridian};
 
-/// Most triangles of a mesh.
+/// Maximum number of triangles of a mesh.
 const MOST: f64 = 2e7;
 
 /// A triangle mesh.

@@ -54,14 +54,20 @@ const ALIGNMENT: usize = 64;
 ///
 /// # Errors
 /// Values that do not fill the shape, a file that cannot be written.
-pub fn write<T: Element>(file: &mut (impl Write + ?Sized), shape: &[usize], values: &[T]) -> Result<()> {
+pub fn write<T: Element>(
+    file: &mut (impl Write + ?Sized),
+    shape: &[usize],
+    values: &[T],
+) -> Result<()> {
     ensure!(
         shape.iter().product::<usize>() == values.len(),
         "expected the values of the shape {shape:?}, got {}",
         values.len()
     );
-    let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
-    let lengths = if shape.len() == 1 { lengths.trim_end() } else { lengths.trim_end_matches(", ") };
+    let mut lengths = shape.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+    if shape.len() == 1 {
+        lengths.push(',');
+    }
     let mut header =
         format!("{{'descr': '{}', 'fortran_order': False, 'shape': ({lengths}), }}", T::DESCR);
     let unpadded = MAGIC.len() + 4 + header.len() + 1;
@@ -177,7 +183,7 @@ mod tests {
     fn arrays_come_back() {
         let cube: Vec<f64> = (0..24).map(f64::from).collect();
         assert_eq!(read(&file(&[2, 3, 4], &cube)).expect("valid"), (vec![2, 3, 4], cube));
-        assert_eq!(read(&file(&[2], &[7_u8, 8])).expect("valid"), (vec![2], vec![7, 8]));
+        assert_eq!(read::<u8>(&file(&[2], &[7_u8, 8])).expect("valid"), (vec![2], vec![7, 8]));
         assert_eq!(read::<i32>(&file::<i32>(&[0], &[])).expect("valid"), (vec![0], vec![]));
         assert_eq!(read::<f32>(&file(&[], &[7_f32])).expect("valid"), (vec![], vec![7.0]));
         assert!(write(&mut Vec::new(), &[2, 2], &[1.0; 3]).is_err());

@@ -56,7 +56,8 @@ fn lobe(profile: &[f64], sphere: &AngularBins, level: f64) -> f64 {
     })
 }
 
-/// What one path adds to a sum of paths, as of counts: its variance over its value; `None` of no light.
+/// Power that one path adds to a sum of paths, as of counts: the variance of the sum over its
+/// value; `None` of no light.
 fn one_path(value: f64, noise: f64) -> Option<f64> {
     (value > 0.0).then(|| noise * noise / value)
 }

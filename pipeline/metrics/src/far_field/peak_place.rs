@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Whether a far field has its peak off the axis, on it, or anywhere.
+//! Place of the peak of a far field: off the axis, on it, or anywhere.
 
 use serde::{Deserialize, Serialize};
 
 use crate::Estimate;
 use crate::estimate::DISTINCT;
 
-/// Least excess of a peak over the centre, as a fraction of the peak, that a run must be able to
+/// Minimum excess of a peak over the centre, as a fraction of the peak, that a run must be able to
 /// see before it may say that there is none.
 pub const VISIBLE: f64 = 0.02;
 
-/// Where a far field has its peak.
+/// Place of the peak of a far field.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PeakPlace {
@@ -38,7 +38,7 @@ impl PeakPlace {
         }
     }
 
-    /// What stands in place of an angle that is noise.
+    /// Words in place of an angle that is noise.
     pub fn words(self) -> Option<&'static str> {
         match self {
             Self::OffAxis => None,
@@ -47,7 +47,7 @@ impl PeakPlace {
         }
     }
 
-    /// Whether the angle is that of a peak, so that a file need not say anything.
+    /// True if the angle is that of a peak, so that a file need not say anything.
     pub fn is_off_axis(&self) -> bool {
         *self == Self::OffAxis
     }

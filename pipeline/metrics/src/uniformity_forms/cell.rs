@@ -42,7 +42,7 @@ pub(crate) fn cell_on(grid: Grid, layout: &Layout) -> Option<Area> {
     cell(layout).filter(|[low, high]| (0..2).all(|k| high[k] - low[k] >= 2.0 * grid.bin_mm))
 }
 
-/// What a mean of a map is taken over.
+/// Bins that a mean of a map is taken over.
 #[derive(Debug, Clone)]
 pub struct MapMean(Sampled);
 

@@ -300,8 +300,8 @@ def solve(
     jones : bool
         Whether Jones matrices are wanted too; not for metals with slanted walls.
     estimate : bool
-        With `orders`: whether a third more orders and slices are solved too, which take three
-        quarters of the time and give the estimated error.
+        With `orders`: whether a third more orders and slices are solved too, which takes some three
+        times the time of the rest and gives the estimated error.
     threads : int, optional
         Threads of this call; results do not depend on them.
     polarization : str, optional

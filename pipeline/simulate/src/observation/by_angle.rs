@@ -5,7 +5,6 @@
 use std::borrow::Cow;
 
 use anyhow::Result;
-use design::Design;
 use design::resolved::receivers::CheckedReceiver;
 use design::schema::receivers::ReceiverKind;
 use metrics::far_field::{AngularBins, BinPlacement, FarFieldReading, PeakMethod};
@@ -20,7 +19,6 @@ use tracer::receiver::Angles;
 
 use super::Observation;
 use super::reader::{Column, Reader, of_width, unit_of_receiver};
-use crate::lit;
 use crate::units::Units;
 
 /// Azimuths of which a plane takes half at most, so that it is not the mean of all.
@@ -35,13 +33,12 @@ const PLANES: [(&str, [f64; 2]); 2] = [("plane of u", [0.0, 180.0]), ("plane of 
 /// # Errors
 /// Light that is not finite.
 pub fn curves_by_angle(
-    design: &Design,
     receiver: &CheckedReceiver,
     powers: &Grouped,
     units: Units,
     one_path: f64,
 ) -> Result<Option<Vec<Curve>>> {
-    let Some(profile) = AngleProfile::new(receiver, design) else { return Ok(None) };
+    let Some(profile) = AngleProfile::new(receiver) else { return Ok(None) };
     let of_directions = profile.by_direction(powers);
     if of_directions.total().iter().sum::<f64>() <= 0.0 {
         return Ok(None);
@@ -106,14 +103,11 @@ struct AngleProfile<'a> {
 }
 
 impl<'a> AngleProfile<'a> {
-    fn new(receiver: &'a CheckedReceiver, design: &Design) -> Option<Self> {
+    fn new(receiver: &'a CheckedReceiver) -> Option<Self> {
         let angles = angles_of_profile(receiver)?;
         let (directions, edges) = (angles.bins(), angles.theta_edges_deg());
         let measures = receiver.detector.measures();
-        let places = match lit::of_receiver(design, receiver) {
-            Some(lit) => lit.parts.iter().sum(),
-            None => (receiver.detector.places() / directions) as f64,
-        };
+        let places = (receiver.detector.places() / directions) as f64;
         let solid = angles.solid_angles();
         let per_intensity = measures[..directions].iter().enumerate();
         let per_intensity =
@@ -159,13 +153,8 @@ pub(super) struct AngleReader<'a> {
 }
 
 impl<'a> AngleReader<'a> {
-    pub fn new(
-        number: usize,
-        receiver: &'a CheckedReceiver,
-        design: &Design,
-        units: Units,
-    ) -> Option<Self> {
-        AngleProfile::new(receiver, design).map(|profile| Self { number, units, profile })
+    pub fn new(number: usize, receiver: &'a CheckedReceiver, units: Units) -> Option<Self> {
+        AngleProfile::new(receiver).map(|profile| Self { number, units, profile })
     }
 }
 

@@ -5,6 +5,7 @@ use anyhow::{Result, bail, ensure};
 use design::Design;
 use design::resolved::receivers::CheckedReceiver;
 use design::schema::receivers::ReceiverKind;
+use metrics::digits::thousands;
 use metrics::extraction::is_end;
 use metrics::far_field::PeakMethod;
 use metrics::figures::{
@@ -83,9 +84,14 @@ const NARROW: &str = "the peak is as narrow as a bin of the far field (far_field
 const NO_RADIATOR: &str =
     "the colour is too far from that of a black body from 1000 to 20,000 K (|Duv| above 0.05)";
 
-/// Why a trace of `design` that shows the figures `is_shown` does not show that under `key`: its
+/// Why a trace of `design` by so many paths that shows the figures `is_shown` does not show that under `key`: its
 /// design, its light, or too little of it.
-pub fn why_absent(design: &Design, key: &str, is_shown: impl Fn(&str) -> bool) -> String {
+pub fn why_absent(
+    design: &Design,
+    paths: u64,
+    key: &str,
+    is_shown: impl Fn(&str) -> bool,
+) -> String {
     let Some(figure) = figures::find(key) else { return "no such figure".to_owned() };
     if let Some(why) = missing(design, &figure) {
         return format!("the design does not have it, {why}");
@@ -96,13 +102,15 @@ pub fn why_absent(design: &Design, key: &str, is_shown: impl Fn(&str) -> bool) -
             return why.to_owned();
         }
     }
-    format!("{} show too little light for it", count(design.trace.paths, "path"))
+    format!("{} show too little light for it", count(thousands(paths), "path"))
 }
 
 impl Observation {
     /// Why the figure under `key` of `design` is not shown here.
     pub fn why_absent(&self, design: &Design, key: &str) -> String {
-        why_absent(design, key, |key| !self.replicated(design, |other| other == key).is_empty())
+        why_absent(design, self.paths, key, |key| {
+            !self.replicated(design, |other| other == key).is_empty()
+        })
     }
 }
 

@@ -65,19 +65,20 @@ pub(super) trait Reader: Sync {
     }
 }
 
-/// What `values` makes of the totals and without each group.
+/// Figures that `values` makes of the totals and without each group.
 pub(super) fn left_out(
     sums: &Grouped,
     values: impl Fn(&[f64]) -> Vec<f64> + Sync,
 ) -> Vec<JackknifedFigure> {
     let groups = (0..sums.count()).into_par_iter();
     let rows: Vec<Vec<f64>> = groups.map(|g| values(&sums.without(g))).collect();
-    let all = values(sums.total()).into_iter().enumerate();
-    all.map(|(i, value)| {
-        let without = rows.iter().map(|row| row.get(i).copied().unwrap_or(value));
-        JackknifedFigure::new(value, without.collect())
-    })
-    .collect()
+    let totals = values(sums.total()).into_iter().enumerate();
+    totals
+        .map(|(i, value)| {
+            let without = rows.iter().map(|row| row.get(i).copied().unwrap_or(value));
+            JackknifedFigure::new(value, without.collect())
+        })
+        .collect()
 }
 
 /// A width of a beam, with the ends between which it lies where it is not resolved.

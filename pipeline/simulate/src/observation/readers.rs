@@ -18,7 +18,6 @@ use metrics::figures::{
 };
 use metrics::illuminance::Grid;
 use metrics::layout::Layout;
-use metrics::lit::LitBins;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::MapMean;
 use metrics::{Estimate, Grouped};
@@ -80,7 +79,7 @@ pub(super) fn readers<'a>(
     for (k, receiver) in design.receivers.iter().enumerate() {
         let of_bins = ReceiverReader::new(k, receiver, design, units);
         let of_bins = of_bins.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
-        let by_angle = AngleReader::new(k, receiver, design, units);
+        let by_angle = AngleReader::new(k, receiver, units);
         let by_angle = by_angle.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
         let colours = ReceiverColourReader::new(k, receiver, seen);
         let colours = colours.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
@@ -251,16 +250,26 @@ struct IlluminanceReader {
     leds: usize,
     above: MapMean,
     cell: Option<MapMean>,
+    /// Shares of the bins that figures count; all without.
+    counted: Option<Vec<f64>>,
     units: Units,
 }
 
 impl IlluminanceReader {
     fn new(grid: Grid, design: &Design, units: Units) -> Self {
-        let (layout, lit) = (layout(design), lit::of_plane(design));
-        let counted = lit.as_ref().map(|lit| &lit.counted[..]);
-        let above = MapMean::of_points(grid, counted, &layout.axes_mm);
-        let cell = MapMean::of_cell(grid, counted, &layout);
-        Self { grid, leds: layout.axes_mm.len(), above, cell, units }
+        let (layout, counted) = (layout(design), lit::of_plane(design).map(|lit| lit.counted));
+        let above = MapMean::of_points(grid, counted.as_deref(), &layout.axes_mm);
+        let cell = MapMean::of_cell(grid, counted.as_deref(), &layout);
+        Self { grid, leds: layout.axes_mm.len(), above, cell, counted, units }
+    }
+
+    /// A map that is dark where figures count nothing.
+    fn counted_map<'a>(&self, map: &'a [f64]) -> Cow<'a, [f64]> {
+        let Some(counted) = &self.counted else { return Cow::Borrowed(map) };
+        map.iter()
+            .zip(counted)
+            .map(|(value, part)| if *part > 0.0 { *value } else { 0.0 })
+            .collect()
     }
 }
 
@@ -274,7 +283,7 @@ impl Reader for IlluminanceReader {
     }
 
     fn values(&self, map: &[f64]) -> Vec<f64> {
-        let peak = map.iter().copied().fold(0.0, f64::max);
+        let peak = self.counted_map(map).iter().copied().fold(0.0, f64::max);
         let mean = self.cell.as_ref().map_or(f64::NAN, |cell| cell.of(map));
         vec![self.above.of(map), peak, mean]
     }
@@ -282,7 +291,10 @@ impl Reader for IlluminanceReader {
     fn entries(&self, map: &Grouped) -> Vec<FigureEntry> {
         let all = self.replicates(map).into_iter();
         let mut all: Vec<_> = all.map(|figure| FigureEntry::new(figure.estimate())).collect();
-        all[1] = FigureEntry::new(largest(map));
+        all[1] = FigureEntry::new(match &self.counted {
+            Some(_) => largest(&map.map(|group| self.counted_map(group).into_owned())),
+            None => largest(map),
+        });
         all
     }
 
@@ -318,10 +330,10 @@ impl<'a> ReceiverReader<'a> {
             Measurement::Plane(_) | Measurement::FarField(_) => 1,
         };
         let measures = summed(&detector.measures()[..detector.places()], directions);
-        let lit = lit::of_receiver(design, receiver);
-        let mut bins = Bins::new(&measures, lit.as_ref());
+        let counted = lit::counted_places(design, receiver);
+        let mut bins = Bins::new(&measures, counted.as_deref());
         if let Some(rectangle) = rectangle_of_points(receiver) {
-            bins = with_points(bins, &rectangle, design, lit.as_ref());
+            bins = with_points(bins, &rectangle, design, counted.as_deref());
         }
         Some(Self { number, receiver, units, directions, bins })
     }
@@ -361,7 +373,7 @@ fn with_points(
     bins: Bins,
     rectangle: &StatedRectangle,
     design: &Design,
-    lit: Option<&LitBins>,
+    counted: Option<&[f64]>,
 ) -> Bins {
     let bin_mm = [0, 1].map(|k| rectangle.size_mm[k] / rectangle.bins[k] as f64);
     let [x, y, _] = rectangle.position_mm;
@@ -370,7 +382,7 @@ fn with_points(
         _ => Layout::of_places(Vec::new()),
     };
     let spot = rectangle.spot_mm.map(|mm| bin_mm.map(|bin| mm / bin));
-    bins.with_points(rectangle.bins, &layout, spot, lit)
+    bins.with_points(rectangle.bins, &layout, spot, counted)
 }
 
 /// Sums of `count` neighbours each.

@@ -111,8 +111,7 @@ fn beside_sheets(design: &Design, solid: &CheckedSolid, shape: &Shape) -> Result
     Ok(())
 }
 
-/// Judges a solid of the array beside the first package near it, and one of the packages beside the
-/// dome.
+/// Judges a solid of the array beside the packages near it, and one of a package beside the dome.
 fn beside_package(
     design: &Design,
     solid: &CheckedSolid,
@@ -139,14 +138,25 @@ fn beside_package(
             bodies.push((other.name(), other.form.shape(0.0)?));
         }
     }
+    let Bounds { low, high } = shape.bounds();
+    let near = shape.bounds().padded(LEAST_MM);
+    let is_upright = solid.form.upright_box().is_some();
     for (name, body) in &bodies {
-        let near = shape.bounds().padded(LEAST_MM);
-        let mut places = axes.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0));
-        let Some(at) = places.find(|at| near.overlaps(&body.bounds().moved(*at))) else {
-            continue;
-        };
-        let body = if is_array { moved(body, at)? } else { body.clone() };
-        refuse(design, solid, &format!("{name:?}"), beside(&body, shape, LEAST_MM))?;
+        // An upright box is the same to all that its outline holds: one of them tells.
+        let mut is_told = false;
+        for [x, y] in &axes {
+            let at = DVec3::new(*x, *y, 0.0);
+            let bounds = body.bounds().moved(at);
+            let wide = bounds.padded(LEAST_MM);
+            let is_held = (0..2).all(|k| low[k] <= wide.low[k] && wide.high[k] <= high[k]);
+            let is_like_others = is_upright && is_held;
+            if !near.overlaps(&bounds) || is_like_others && is_told {
+                continue;
+            }
+            is_told |= is_like_others;
+            let body = if is_array { moved(body, at)? } else { body.clone() };
+            refuse(design, solid, &format!("{name:?}"), beside(&body, shape, LEAST_MM))?;
+        }
     }
     Ok(())
 }

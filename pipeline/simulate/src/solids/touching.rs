@@ -144,7 +144,7 @@ pub(crate) fn surface_points(shape: &Shape) -> Vec<(DVec3, DVec3)> {
 fn ahead(at: DVec3, normal: DVec3, other: &Shape, reach_mm: f64) -> Option<f64> {
     let ray = Ray { origin: at, direction: normal };
     let first = |to: f64| other.intersect(&ray, Reach { from: 0.0, to }, Sides::Outer);
-    if other.holds(at + normal * TOUCHING_MM) {
+    if other.closed() && other.holds(at + normal * TOUCHING_MM) {
         return Some(first(TOUCHING_MM).map_or(0.0, |hit| hit.distance));
     }
     first(reach_mm).map(|hit| hit.distance)

@@ -11,11 +11,9 @@ use design::resolved::receivers::CheckedReceiver;
 use design::schema::receivers::Normal;
 use metrics::Grouped;
 use metrics::illuminance::Symmetry;
-use metrics::lit::{LitBins, over};
 use metrics::quantity::Quantity;
 
 use super::places::Places;
-use crate::lit;
 use crate::observation::{Observation, plane_grid};
 use crate::symmetry::symmetry;
 use crate::units::Units;
@@ -52,11 +50,9 @@ pub struct MapReceiver<'a> {
     pub quantity: Quantity,
     /// Factor from W/mm² or W/(mm² sr) of 1 W from all traced packages.
     factor: f64,
-    /// Divisor of the power of all directions in a bin that is all lit: mm² or mm² sr; 1 of the plane
-    /// of the design, which is read in W/mm².
+    /// Divisor of the power of all directions in a bin: mm² or mm² sr; 1 of the plane of the
+    /// design, which is read in W/mm².
     measure: f64,
-    /// Parts of the bins of a receiver that can be lit; all without.
-    lit: Option<LitBins>,
 }
 
 impl<'a> MapReceiver<'a> {
@@ -86,7 +82,6 @@ impl<'a> MapReceiver<'a> {
                 quantity: units.irradiance(),
                 factor: per_watt * units.per_irradiance(),
                 measure: 1.0,
-                lit: None,
             });
         };
         let is_level = |receiver: &CheckedReceiver| {
@@ -127,7 +122,6 @@ impl<'a> MapReceiver<'a> {
             quantity,
             factor: per_watt * factor,
             measure: measures[..directions].iter().sum(),
-            lit: lit::of_receiver(design, receiver),
         })
     }
 
@@ -153,13 +147,9 @@ impl<'a> MapReceiver<'a> {
         };
         let count = self.frame.count();
         let directions = receiver.detector.places() / count;
-        let part = |place: usize| self.lit.as_ref().map_or(1.0, |lit| lit.parts[place]);
-        let place = |(place, bins): (usize, &[f64])| {
-            over(bins.iter().sum::<f64>(), part(place) * self.measure)
-        };
-        seen.receivers[number].map(|bins| {
-            bins[..count * directions].chunks(directions).enumerate().map(place).collect()
-        })
+        let place = |bins: &[f64]| bins.iter().sum::<f64>() / self.measure;
+        seen.receivers[number]
+            .map(|bins| bins[..count * directions].chunks(directions).map(place).collect())
     }
 
     /// What one path of this power adds to a bin of the map.

@@ -85,17 +85,17 @@ fn lies_in(
     }
     let mut own = Vec::new();
     sheet.shape.facets(&window, &mut |patch, facet| own.push((patch, facet.moved(-place))));
-    let mut found = None;
+    let mut overlap = None;
     face.shape.facets(&window, &mut |patch, facet| {
         let shared = |(_, own): &&(u32, Facet)| facet.shares(own, apart_mm);
-        if let (None, Some((own, _))) = (found, own.iter().find(shared)) {
-            found = Some((*own, patch));
+        if let (None, Some((own, _))) = (overlap, own.iter().find(shared)) {
+            overlap = Some((*own, patch));
         }
     });
     let name = |surface: &CompiledSurface, patch: u32| {
         scene.lines.surfaces[surface.patches[patch as usize].line].clone()
     };
-    found.map_or(Ok(()), |(own, patch)| {
+    overlap.map_or(Ok(()), |(own, patch)| {
         Err(Error::SheetInFace { sheet: name(sheet, own), surface: name(face, patch), apart_mm })
     })
 }

@@ -67,7 +67,7 @@ impl Target {
 
 /// Root mean square difference of `light` from `target` over its bins by `weights`, both scaled to
 /// the same sum; 1 is the root mean square of the target. With the scale s of the light L, the
-/// square is s² L·L - 2 s L·T + T·T, where L·L is free of the noise of the bins.
+/// square is s² L·L - 2 s L·T + T·T, where L·L is free of the noise of the bins. No light has 1.
 fn distance(light: &Grouped, target: &[f64], weights: &[f64]) -> PairedFigure {
     let product = |a: &[f64], b: &[f64]| -> f64 {
         a.iter().zip(b).zip(weights).map(|((a, b), weight)| weight * a * b).sum()
@@ -75,6 +75,9 @@ fn distance(light: &Grouped, target: &[f64], weights: &[f64]) -> PairedFigure {
     let sum = |light: &[f64]| light.iter().zip(weights).map(|(l, weight)| l * weight).sum::<f64>();
     let (total, of_target) = (light.total(), product(target, target));
     let square = |own: f64, squared: f64, mixed: f64| {
+        if own <= 0.0 {
+            return 1.0;
+        }
         let scale = sum(target) / own;
         (scale * scale * squared - 2.0 * scale * mixed) / of_target + 1.0
     };

@@ -55,14 +55,8 @@ pub fn outlines(text: &str, size: f64, weight: Weight) -> Option<Path> {
         };
         let mut outline = Outline(PathBuilder::new());
         face.outline_glyph(glyph, &mut outline);
-        let place = Transform::from_row(
-            scale as f32,
-            0.0,
-            0.0,
-            -scale as f32,
-            (right * scale) as f32,
-            0.0,
-        );
+        let place =
+            Transform::from_row(scale as f32, 0.0, 0.0, -scale as f32, (right * scale) as f32, 0.0);
         if let Some(outline) = outline.0.finish().and_then(|outline| outline.transform(place)) {
             path.push_path(&outline);
         }

@@ -8,6 +8,7 @@ pub mod canvas;
 pub mod colour;
 pub mod font;
 pub mod line_colours;
+mod mark;
 pub mod palette;
 pub mod panel;
 mod raster;

@@ -7,40 +7,9 @@ use tiny_skia::{
     Shader, SpreadMode, Stroke, StrokeDash, Transform,
 };
 
-use super::canvas::{Align, Letters, Pen, Point, Rect};
 use super::colour::Colour;
 use super::font::{self, CAPITAL_HEIGHT};
-
-/// A part of a picture.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Mark {
-    /// What lies within an odd number of closed lines.
-    Area { lines: Vec<Vec<Point>>, colour: Colour },
-    /// Lines through points.
-    Line { lines: Vec<Vec<Point>>, is_closed: bool, pen: Pen },
-    /// A filled circle.
-    Disk { centre: Point, radius: f64, colour: Colour },
-    /// A line of text, on a rim where there is one.
-    Text { text: String, at: Point, letters: Letters, rim: Option<Pen> },
-    /// Pixels that fill a rectangle.
-    Image { area: Rect, pixels: Pixmap, smooth: bool },
-    /// Begins to show only what lies within a polygon, up to its [`Mark::Unclip`].
-    Clip(Vec<Point>),
-    /// Ends the last [`Mark::Clip`].
-    Unclip,
-}
-
-impl Mark {
-    /// Lines through points.
-    pub fn line(lines: Vec<Vec<Point>>, is_closed: bool, pen: &Pen) -> Self {
-        Self::Line { lines, is_closed, pen: *pen }
-    }
-
-    /// What lies within an odd number of closed lines.
-    pub const fn area(lines: Vec<Vec<Point>>, colour: Colour) -> Self {
-        Self::Area { lines, colour }
-    }
-}
+use super::mark::{Align, Letters, Mark, Pen, Point, Rect};
 
 /// Draws marks one over the other.
 ///
@@ -67,13 +36,12 @@ pub fn draw(marks: &[Mark], [width, height]: [u32; 2]) -> Result<Pixmap> {
             }
             Mark::Image { area, pixels, smooth } => raster.image(area, pixels, *smooth),
             Mark::Clip(outline) => {
-                let mut mask = match raster.masks.last() {
-                    Some(outer) => outer.clone(),
-                    None => {
-                        let mut whole = Mask::new(width, height).with_context(no_memory)?;
-                        whole.invert();
-                        whole
-                    }
+                let mut mask = if let Some(outer) = raster.masks.last() {
+                    outer.clone()
+                } else {
+                    let mut whole = Mask::new(width, height).with_context(no_memory)?;
+                    whole.invert();
+                    whole
                 };
                 match path(std::slice::from_ref(outline), true) {
                     Some(path) => {
@@ -124,13 +92,10 @@ impl Raster {
     }
 
     fn image(&mut self, area: &Rect, image: &Pixmap, smooth: bool) {
-        let scale = [
-            area.width() / f64::from(image.width()),
-            area.height() / f64::from(image.height()),
-        ];
+        let scale =
+            [area.width() / f64::from(image.width()), area.height() / f64::from(image.height())];
         let [across, down] = scale.map(|scale| scale as f32);
-        let place =
-            Transform::from_row(across, 0.0, 0.0, down, area.left as f32, area.top as f32);
+        let place = Transform::from_row(across, 0.0, 0.0, down, area.left as f32, area.top as f32);
         let quality = if smooth { FilterQuality::Bilinear } else { FilterQuality::Nearest };
         let shader = Pattern::new(image.as_ref(), SpreadMode::Pad, quality, 1.0, place);
         let paint = Paint { shader, anti_alias: true, ..Paint::default() };
