@@ -211,12 +211,14 @@ pub fn converge_directions(
 ) -> Result<Found<SolvedDirections>, Error> {
     let &ToleranceRequest { interface, side, directions, tolerance, .. } = request;
     let first = request.first.clone();
-    with_waves(interface, (side, directions), first, progress, |structure, waves| {
+    let watch = (&|_| (), progress);
+    with_waves(interface, (side, directions), first, watch, |structure, waves| {
         converge_waves(structure, waves, tolerance, progress)
     })
 }
 
-/// Error of directions that are solved at a resolution, as [`error_at`].
+/// Error of directions that are solved at a resolution, as [`error_at`]; `expect` is told the layers of
+/// each finer solution as it begins.
 ///
 /// # Errors
 /// The errors of [`solve_directions`].
@@ -225,9 +227,10 @@ pub fn error_of_directions(
     incident: (Side, &[Direction]),
     at: &Resolution,
     solved: &SolvedDirections,
+    expect: &dyn Fn(usize),
     progress: &Progress<'_>,
 ) -> Result<f64, Error> {
-    with_waves(interface, incident, None, progress, |structure, waves| {
+    with_waves(interface, incident, None, (expect, progress), |structure, waves| {
         error_at(structure, waves, at, solved)
     })
 }
@@ -237,7 +240,7 @@ fn with_waves<R>(
     interface: &Interface,
     (side, directions): (Side, &[Direction]),
     first: Option<Resolution>,
-    progress: &Progress<'_>,
+    (expect, progress): (&dyn Fn(usize), &Progress<'_>),
     judge: impl FnOnce(Structure<'_>, &Waves<'_, SolvedDirections>) -> Result<R, Error>,
 ) -> Result<R, Error> {
     let flat = interface.stack(&interface.relief.slice_plan(1))?;
@@ -245,7 +248,7 @@ fn with_waves<R>(
         let stacks = &interface.stacks(at)?;
         let truncation = at.truncation;
         let request = LinesRequest { stacks, truncation, side, jones: false };
-        solve_directions(request, directions, &|_| (), progress)
+        solve_directions(request, directions, expect, progress)
     };
     let waves = Waves {
         solve: &solve,

@@ -206,7 +206,8 @@ fn a_metal_relief_in_tm_gives_what_is_reached_with_an_error_that_bounds() {
         let request = LinesRequest { stacks: &stacks, truncation, side, jones: false };
         let solved = solve_directions(request, &directions, &|_| (), &no_progress).unwrap();
         let incident = (side, directions.as_slice());
-        let stated = error_of_directions(&interface, incident, &at, &solved, &no_progress).unwrap();
+        let stated =
+            error_of_directions(&interface, incident, &at, &solved, &|_| (), &no_progress).unwrap();
         let off = off_in_tm(&solved);
         assert!(off < stated && stated < 1.0, "{orders}: off by {off:.1e}, stated {stated:.1e}");
     }

@@ -285,7 +285,7 @@ impl Arrangement {
             let e = b - a;
             let mut stops = vec![0.0, 1.0];
             stops.extend(across.map(|x| (x - a.x) / e.x));
-            for &(_, c, d) in &all {
+            for &(_, c, d) in all.iter().filter(|(_, c, d)| !are_apart([a, b], [*c, *d], same)) {
                 let f = d - c;
                 let denominator = e.perp_dot(f);
                 if denominator != 0.0 {
@@ -346,8 +346,18 @@ fn sides(points: &[DVec2]) -> impl Iterator<Item = (DVec2, DVec2)> + '_ {
     (0..points.len()).map(|k| (points[k], points[(k + 1) % points.len()]))
 }
 
+/// True if the boxes around two sides are so far apart that no point of one comes closer than `same` to
+/// the other.
+fn are_apart(one: [DVec2; 2], other: [DVec2; 2], same: f64) -> bool {
+    let beyond = |[a, b]: [DVec2; 2], [c, d]: [DVec2; 2]| a.max(b) + 2.0 * same - c.min(d);
+    beyond(one, other).min_element() < 0.0 || beyond(other, one).min_element() < 0.0
+}
+
 /// True if the sides a-b and c-d cross or come closer than `same`.
 fn touch(a: DVec2, b: DVec2, c: DVec2, d: DVec2, same: f64) -> bool {
+    if are_apart([a, b], [c, d], same) {
+        return false;
+    }
     let turn = |p: DVec2, q: DVec2, r: DVec2| (q - p).perp_dot(r - p);
     let near = |p: DVec2, a: DVec2, b: DVec2| {
         let e = b - a;

@@ -27,13 +27,9 @@ impl LitBins {
         let light: Vec<f64> = map.iter().zip(&self.parts).map(|(e, part)| e * part).collect();
         let light = coarser(&light, grid, together).0;
         let parts = coarser(&self.parts, grid, together).0;
-        light.into_iter().zip(parts).map(|(e, part)| over(e, part)).collect()
+        let mean = |(light, part)| if part > 0.0 { light / part } else { 0.0 };
+        light.into_iter().zip(parts).map(mean).collect()
     }
-}
-
-/// Light over the `measure` of what it falls on; 0 where that is nothing.
-pub fn over(light: f64, measure: f64) -> f64 {
-    if measure > 0.0 { light / measure } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -57,9 +57,9 @@ pub struct Job {
 }
 
 impl Job {
-    /// States the number of steps.
+    /// States the number of steps that come.
     pub fn expect(&self, steps: usize) {
-        self.all.store(steps, Ordering::Relaxed);
+        self.all.fetch_add(steps, Ordering::Relaxed);
     }
 
     /// Counts steps, and stops a solver between two of them after Ctrl-C.

@@ -293,7 +293,8 @@ impl Interface {
             let solved = solve_directions(request, &directions, &steps, &job.watch())?;
             let error = if estimate && known_error.is_none() {
                 let incident = (side, directions.as_slice());
-                let error = error_of_directions(&interface, incident, &at, &solved, &job.watch())?;
+                let watch = &job.watch();
+                let error = error_of_directions(&interface, incident, &at, &solved, &steps, watch)?;
                 warning = unsettled(error, at.truncation.highest());
                 Some(error)
             } else {

@@ -13,7 +13,7 @@ use toml::Value;
 
 use design::Design;
 use files::atomic_file;
-use files::bounded_text::{MAX_TABLES, bounded_bytes};
+use files::bounded_text;
 
 use super::outputs::is_output;
 use super::problem::Problem;
@@ -153,9 +153,12 @@ impl<'a> NamedFiles<'a> {
     /// Files that cannot be read or written.
     pub fn write(&self, copies: &BTreeMap<PathBuf, PathBuf>) -> Result<()> {
         for (copy, source) in copies {
-            let bytes = bounded_bytes(source, MAX_TABLES)
-                .with_context(|| format!("`{}` cannot be read", source.display()))?;
-            atomic_file::write_bytes(&self.out.join(copy), &bytes)?;
+            let cannot = || format!("`{}` cannot be read", source.display());
+            let mut file = bounded_text::open(source).with_context(cannot)?;
+            atomic_file::write_atomic(&self.out.join(copy), |copy| {
+                std::io::copy(&mut file, copy).with_context(cannot)?;
+                Ok(())
+            })?;
         }
         Ok(())
     }

@@ -21,6 +21,7 @@ __all__ = [
     "design_cell",
     "design_schema",
     "discard_pending",
+    "floating_ridges",
     "free_bytes",
     "ky_nodes",
     "material_indices",
