@@ -211,8 +211,8 @@ pub fn converge_directions(
 ) -> Result<Found<SolvedDirections>, Error> {
     let &ToleranceRequest { interface, side, directions, tolerance, .. } = request;
     let first = request.first.clone();
-    let watch = (&|_| (), progress);
-    with_waves(interface, (side, directions), first, watch, |structure, waves| {
+    let expect = |_| ();
+    with_waves(interface, (side, directions), first, (&expect, progress), |structure, waves| {
         converge_waves(structure, waves, tolerance, progress)
     })
 }

@@ -77,7 +77,10 @@ impl MapReading {
     /// The same of bins of which these parts count.
     #[must_use]
     pub fn with_counted(self, counted: Option<Vec<f64>>) -> Self {
-        Self { counted, ..self }
+        let Some(parts) = &counted else { return self };
+        let [straight, diagonal] =
+            [self.straight, self.diagonal].map(|valley| valley?.counting(parts));
+        Self { straight, diagonal, counted, ..self }
     }
 
     /// The smallest bin of `map` that counts.

@@ -39,6 +39,8 @@ pub struct FittedValley {
     grid: Grid,
     segments: Vec<Arc<Segment>>,
     pitch_mm: f64,
+    /// The part of each bin that counts; all without.
+    counted: Option<Vec<f64>>,
 }
 
 /// A segment, with its windows from one end to the other once they are asked for.
@@ -63,17 +65,22 @@ enum Place {
 /// True if bins of `grid` are narrow enough for a fit about the middle of the first of `segments`,
 /// which are all of about one length.
 pub fn fits(grid: Grid, segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> bool {
-    let middle = |[a, b]: [[f64; 2]; 2]| [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
-    let window = |ends| Window::about(grid, middle(ends), ends, pitch_mm);
-    segments.first().is_none_or(|ends| window(*ends).is_some())
+    segments.first().is_none_or(|ends| has_middle(grid, None, *ends, pitch_mm))
+}
+
+/// True if a window about the middle of a segment holds bins enough for a fit.
+fn has_middle(grid: Grid, counted: Option<&[f64]>, ends: [[f64; 2]; 2], pitch_mm: f64) -> bool {
+    let [a, b] = ends;
+    let middle = [0, 1].map(|k| 0.5 * (a[k] + b[k]));
+    Window::about((grid, counted), middle, ends, pitch_mm).is_some()
 }
 
 impl Valley {
     /// From fits; `None` without segments, or where a window holds too few bins.
     pub fn fit(grid: Grid, segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> Option<Self> {
         let segment = |ends: &_| Arc::new(Segment { ends: *ends, windows: OnceLock::new() });
-        let valley =
-            FittedValley { grid, segments: segments.iter().map(segment).collect(), pitch_mm };
+        let each = segments.iter().map(segment).collect();
+        let valley = FittedValley { grid, segments: each, pitch_mm, counted: None };
         (!segments.is_empty() && fits(grid, segments, pitch_mm)).then_some(Self::Fit(valley))
     }
 
@@ -96,6 +103,26 @@ impl Valley {
         bins.sort_unstable();
         bins.dedup();
         (!bins.is_empty()).then_some(Self::Bins(bins))
+    }
+
+    /// The same without the bins of which nothing counts; `None` where too few are left.
+    pub fn counting(self, counted: &[f64]) -> Option<Self> {
+        match self {
+            Self::Fit(valley) => {
+                let ends = valley.segments.first()?.ends;
+                let is_read = has_middle(valley.grid, Some(counted), ends, valley.pitch_mm);
+                let counted = Some(counted.to_vec());
+                let fresh = |segment: &Arc<Segment>| {
+                    Arc::new(Segment { ends: segment.ends, windows: OnceLock::new() })
+                };
+                let segments = valley.segments.iter().map(fresh).collect();
+                is_read.then_some(Self::Fit(FittedValley { segments, counted, ..valley }))
+            }
+            Self::Bins(mut bins) => {
+                bins.retain(|bin| counted[*bin] > 0.0);
+                (!bins.is_empty()).then_some(Self::Bins(bins))
+            }
+        }
     }
 
     /// Where `map` is lowest.
@@ -159,7 +186,8 @@ impl Segment {
     }
 
     /// Windows whose middle parts cover the segment.
-    fn windows(&self, grid: Grid, pitch_mm: f64) -> &[Window] {
+    fn windows(&self, valley: &FittedValley) -> &[Window] {
+        let (grid, pitch_mm) = ((valley.grid, valley.counted.as_deref()), valley.pitch_mm);
         self.windows.get_or_init(|| {
             let [a, b] = self.ends;
             let length = (b[0] - a[0]).hypot(b[1] - a[1]);
@@ -193,7 +221,7 @@ impl FittedValley {
     fn lowest(&self, map: &[f64]) -> Option<Place> {
         let mut best: Option<(f64, Place)> = None;
         for segment in self.lowest_segments(map) {
-            for (k, window) in segment.windows(self.grid, self.pitch_mm).iter().enumerate() {
+            for (k, window) in segment.windows(self).iter().enumerate() {
                 let (u, low) = window.lowest(map);
                 if best.as_ref().is_none_or(|(lowest, _)| low < *lowest) {
                     best = Some((low, Place::Fit(segment.clone(), k, u)));
@@ -247,7 +275,13 @@ pub struct Window {
 }
 
 impl Window {
-    fn about(grid: Grid, centre: [f64; 2], [a, b]: [[f64; 2]; 2], pitch_mm: f64) -> Option<Self> {
+    /// A window of the bins of a grid of which something counts.
+    fn about(
+        (grid, counted): (Grid, Option<&[f64]>),
+        centre: [f64; 2],
+        [a, b]: [[f64; 2]; 2],
+        pitch_mm: f64,
+    ) -> Option<Self> {
         let length = (b[0] - a[0]).hypot(b[1] - a[1]);
         let t = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
         let (along, across) = (ALONG * pitch_mm, ACROSS * pitch_mm);
@@ -268,8 +302,9 @@ impl Window {
             for i in near(0, grid.columns) {
                 let [u, v] =
                     to_window([grid.centre_mm(i, grid.columns), grid.centre_mm(j, grid.rows)]);
-                if u.abs() <= 1.0 && v.abs() <= 1.0 {
-                    bins.push(j * grid.columns + i);
+                let bin = j * grid.columns + i;
+                if u.abs() <= 1.0 && v.abs() <= 1.0 && counted.is_none_or(|of| of[bin] > 0.0) {
+                    bins.push(bin);
                     rows.push(terms(u, v));
                 }
             }
@@ -405,6 +440,19 @@ mod tests {
         let coarse = Grid { columns: 8, rows: 8, bin_mm: 2.0 };
         assert!(Valley::fit(coarse, &[[[-4.0, 0.0], [4.0, 0.0]]], 8.0).is_none());
         assert!(Valley::fit(GRID, &[], 8.0).is_none());
+    }
+
+    #[test]
+    fn bins_behind_a_wall_beside_the_segment_do_not_count() {
+        let wall = -0.3;
+        let lit = map(|_, y| if y > wall { 1.0 } else { 0.0 });
+        let of_y = |x: f64, y: f64| 1.0 + 0.1 * x * x + 0.2 * y;
+        let m = map(|x, y| if y > wall { of_y(x, y) } else { 0.0 });
+        let valley = Valley::fit(GRID, &[[[-4.0, 0.0], [4.0, 0.0]]], 8.0).expect("a window");
+        assert!(valley.minimum(&m) < 0.95, "{}", valley.minimum(&m));
+        let counting = valley.clone().counting(&lit).expect("bins above the wall");
+        assert!((counting.minimum(&m) - 1.0).abs() < 1e-5, "{}", counting.minimum(&m));
+        assert!(valley.counting(&vec![0.0; lit.len()]).is_none());
     }
 
     #[test]

@@ -27,7 +27,9 @@ pub fn headline(
     };
     let of_all = || receivers.into_iter().flatten();
     let has_luminance = of_all().any(|(_, receiver)| luminance(&receiver));
-    let has_narrow = of_all().any(|(_, receiver)| luminance(&receiver) && !is_wide(receiver));
+    let narrow = || of_all().filter(|(_, receiver)| luminance(receiver) && !is_wide(receiver));
+    let has_narrow = narrow().next().is_some();
+    let has_axial = narrow().any(|(_, receiver)| receiver.figures.contains_key(axial.key));
     let [mean, max, min_to_max, nine_points] =
         ["mean", "max", "min_to_max", "nine_points"].map(of_receiver);
     let [u_prime, v_prime, ..] = COLOURS_OF_RECEIVER;
@@ -35,7 +37,10 @@ pub fn headline(
         let points = [nine_points, min_to_max];
         let uniformity = points.into_iter().find(|f| receiver.figures.contains_key(f.key));
         let figures = match receiver.kind {
-            ReceiverKind::Luminance if has_narrow && is_wide(receiver) => vec![width_u, width_v],
+            ReceiverKind::Luminance if has_narrow && is_wide(receiver) => {
+                // The luminance on the axis stands once.
+                [axial, width_u, width_v].into_iter().skip(usize::from(has_axial)).collect()
+            }
             ReceiverKind::Luminance => {
                 let read = [axial, width_u, width_v, u_prime, v_prime].into_iter();
                 read.chain(uniformity).collect()
@@ -93,6 +98,8 @@ mod tests {
             "b": ["luminance", keys]});
         let shown = [&format!("{width}.a"), &format!("{axial}.b"), "u_prime.b", "nine_points.b"];
         assert_eq!(of(views)[..4], shown);
+        let ends = json!({"a": ["luminance", [axial, width]], "b": ["luminance", ["u_prime"]]});
+        assert_eq!(of(ends)[..3], [&format!("{axial}.a"), &format!("{width}.a"), "u_prime.b"]);
         let alone = json!({"a": ["luminance", ["mean", axial, width, "u_prime"]]});
         let shown = [&format!("{axial}.a"), &format!("{width}.a"), "u_prime.a", EXTRACTION.key];
         assert_eq!(of(alone), shown);

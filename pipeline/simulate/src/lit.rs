@@ -3,8 +3,10 @@
 //!
 //! The walls of the housing are opaque: of a bin that they cut, what lies between them is lit, and its
 //! light is divided by that area. Bins beyond the walls are lit where no wall stands. Walls may cut the
-//! plane alone: other receivers that they cut are refused. A film ends at its edge, where the light above it jumps: bins that the edge cuts hold light of both sides, and
-//! figures leave them out where the film is nearer than such a bin is wide.
+//! plane alone: other receivers that they cut are refused.
+//!
+//! A film ends at its edge, where the light above it jumps: bins that the edge cuts hold light of both
+//! sides, and figures leave them out where the film is nearer than such a bin is wide.
 
 use design::Design;
 use design::resolved::receivers::CheckedReceiver;
