@@ -23,7 +23,7 @@ fn coarse() -> TempDir {
 
 fn tables(folder: &Path, arguments: &[&str]) -> Value {
     let output = batwing(folder)
-        .args(["bsdf", "coarse.toml", "--json", "--tolerance", "0.05"])
+        .args(["bsdf", "coarse.toml", "--json", "--quiet", "--tolerance", "0.05"])
         .args(arguments)
         .output()
         .expect("it runs");

@@ -49,7 +49,8 @@ impl Answer {
 pub fn grating(folder: &Path, case: &Value) -> Answer {
     let path = folder.join("case.json");
     std::fs::write(&path, case.to_string()).expect("a written case");
-    let output = batwing(folder).args(["grating", "case.json"]).output().expect("it runs");
+    let output =
+        batwing(folder).args(["grating", "case.json", "--quiet"]).output().expect("it runs");
     let (text, warnings) = (
         String::from_utf8(output.stdout).expect("UTF-8"),
         String::from_utf8(output.stderr).expect("UTF-8"),
