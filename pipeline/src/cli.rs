@@ -9,9 +9,9 @@ use serde_json::Value;
 
 use design::Design;
 use experiment::checked_file::Texts;
-use files::interrupt::Interrupt;
-use files::progress::Console;
-use files::run_context::RunContext;
+use runtime::interrupt::Interrupt;
+use runtime::progress::Console;
+use runtime::run_context::RunContext;
 use simulate::scene_check;
 
 use crate::commands::arguments::whole;

@@ -10,7 +10,7 @@ use std::num::{ParseFloatError, ParseIntError};
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Error};
 
-use files::formats::listed;
+use formats::listed;
 
 /// The message for `error` of the command line `cli`, which is neither help nor version.
 pub fn message(error: &Error, cli: &Command) -> String {

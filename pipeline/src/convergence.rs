@@ -17,10 +17,10 @@ use rcwa::hemisphere::{
 use rcwa::{Truncation, cost_model};
 use serde::Serialize;
 
-use files::progress::Progress;
-use files::run_context::RunContext;
 use geometry::Cell;
 use metrics::plural::count;
+use runtime::progress::Progress;
+use runtime::run_context::RunContext;
 use simulate::tables::interface;
 
 /// Strips of ky.

@@ -7,9 +7,9 @@ use anyhow::Error;
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 
-use files::control_characters::{bounded, printable};
-use files::interrupt::{self, Stopped};
-use files::progress::Closed;
+use runtime::control_characters::{bounded, printable};
+use runtime::interrupt::{self, Stopped};
+use runtime::progress::Closed;
 
 use crate::cli::Cli;
 use crate::cli_errors;

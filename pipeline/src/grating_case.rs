@@ -18,19 +18,19 @@ use std::path::Path;
 
 use anyhow::{Context, Error, Result, anyhow, bail};
 use bsdf::json;
-use files::bounded_text::{MAX_KEYS, bounded_text};
 use num_complex::Complex64;
 use rcwa::Truncation;
 use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};
 use rcwa::relief::floating::{Ridges, floating_words};
 use rcwa::relief::{Layer, Polygon, Relief, Segment};
+use runtime::bounded_text::{MAX_KEYS, bounded_text};
 use serde_json::Value;
 
 use design::serde_arrays::List;
 use design::tagged::names;
-use design::toml_errors::key_text;
-use files::control_characters::refusal;
-use files::serde_messages::plain;
+use runtime::control_characters::refusal;
+use runtime::serde_messages::key_text;
+use runtime::serde_messages::plain;
 
 pub use keys::Polarization;
 use keys::{CaseKeys, LayerKeys, Mount, ReliefKeys};

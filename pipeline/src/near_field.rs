@@ -9,9 +9,9 @@ use anyhow::{Context, Result, ensure};
 use rcwa::field::{Field, Grid, Incident, Sample, field};
 use rcwa::{Bloch, Pol, Side, Truncation};
 
-use files::run_context::RunContext;
 use geometry::Cell;
 use metrics::quantity::{Axis, Quantity, Unit};
+use runtime::run_context::RunContext;
 use simulate::tables::interface;
 
 /// Points per wavelength in the densest medium.
@@ -174,7 +174,7 @@ fn axes(cell: &Cell, wavelength_um: f64, frame: &NearFieldSettings) -> Result<(A
 mod tests {
     use super::*;
 
-    use files::interrupt::Interrupt;
+    use runtime::interrupt::Interrupt;
     use simulate::cells;
 
     const FRAME: NearFieldSettings =

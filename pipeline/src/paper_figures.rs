@@ -9,11 +9,11 @@ use bsdf::{Bsdf, Polarisation, Transport, UnitCell};
 use glam::DVec3;
 
 use design::Design;
-use files::atomic_file::write_bytes;
-use files::run_context::RunContext;
 use report::paper_figures::{ELEMENTS, elements_picture};
 use report::plots::{Heading, grating_lobes};
 use results::schema::{CurveEntry, CurvesEntry, LobeEntry, LobesEntry, PaperFigures};
+use runtime::atomic_file::write_bytes;
+use runtime::run_context::RunContext;
 use simulate::cells::outline;
 use simulate::tables::{BandTable, DesignTables};
 use simulate::trace_plan::{DomeChoice, TracePlan};

@@ -8,8 +8,8 @@ use tracer::formats::rays::RayRecord;
 use tracer::{Control, run_rays};
 
 use design::Design;
-use files::formats::ray_files::{self, RayFormat};
-use files::run_context::RunContext;
+use formats::ray_files::{self, RayFormat};
+use runtime::run_context::RunContext;
 use simulate::scene::{self, DomeSurface};
 use simulate::trace_plan::TracePlan;
 

@@ -15,11 +15,12 @@ use rcwa::Truncation;
 use rcwa::cost_model::{self, Operations};
 use rcwa::hemisphere::Resolution;
 
+use arrays::cache::Cache;
 use design::Design;
-use files::cache::{Cache, Key};
-use files::progress::Console;
-use files::run_context::RunContext;
 use geometry::Cell;
+use runtime::key::Key;
+use runtime::progress::Console;
+use runtime::run_context::RunContext;
 use simulate::cells::{band_cells, by_ring, has_bands};
 use simulate::tables::{Ring, cost, directions, interface, tables};
 

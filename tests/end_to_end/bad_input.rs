@@ -15,7 +15,7 @@ use batwing_tests::bad_input::{Case, good, json_cases, toml_cases};
 use batwing_tests::tables::smooth;
 use batwing_tests::tilted_box::write_box;
 use batwing_tests::{read, workspace};
-use files::formats::stl;
+use formats::stl;
 use simulate::bodies::bodies;
 
 use crate::support::binary::{PATH, batwing};

@@ -10,10 +10,10 @@ use serde_json::Value;
 use tempfile::tempdir;
 
 use design::Design;
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
 use metrics::colour_matching;
 use metrics::estimate::Estimate;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::model::Model;
 use simulate::spectral::{SpectralJob, SpectralTrace};
 

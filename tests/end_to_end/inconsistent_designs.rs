@@ -10,7 +10,7 @@ use tempfile::tempdir;
 use tracer::formats::lighttools_rays;
 use tracer::formats::rays::RayRecord;
 
-use files::formats::stl;
+use formats::stl;
 use simulate::bodies::bodies;
 
 use crate::support::binary::batwing;

@@ -11,9 +11,9 @@ use tempfile::tempdir;
 
 use design::Design;
 use design::resolved::dome::Dome;
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
 use metrics::far_field::PeakMethod;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::Observation;

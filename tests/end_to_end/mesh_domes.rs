@@ -10,7 +10,7 @@ use glam::DVec3;
 use serde_json::Value;
 use tempfile::tempdir;
 
-use files::formats::{obj, stl};
+use formats::{obj, stl};
 use simulate::bodies::bodies;
 
 use crate::support::binary::batwing;

@@ -128,7 +128,7 @@ extraction_efficiency = { at_least = 0.5 }
     let mut json: Value = serde_json::from_str(&text).expect("JSON");
     let error = json.pointer_mut("/setups/0/figures/0/standard_error");
     *error.expect("a figure") = 1e308.into();
-    let bytes = serde_json::to_string_pretty(&files::content_hash::sealed(json).expect("JSON"))
+    let bytes = serde_json::to_string_pretty(&runtime::content_hash::sealed(json).expect("JSON"))
         .expect("JSON");
     std::fs::write(&sealed, bytes + "\n").expect("written");
     let huge = refused(folder.path(), &["study"]);

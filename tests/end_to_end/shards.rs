@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 use serde_json::Value;
 use tempfile::TempDir;
 
-use files::content_hash::sealed;
+use runtime::content_hash::sealed;
 
 use crate::optimise::PROBLEM;
 use crate::support::binary::batwing;

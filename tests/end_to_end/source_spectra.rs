@@ -11,8 +11,8 @@ use tempfile::tempdir;
 
 use batwing_tests::bad_input::good;
 use batwing_tests::statistics::agree;
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::Observation;

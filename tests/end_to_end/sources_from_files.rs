@@ -16,9 +16,9 @@ use tracer::formats::{eulumdat, ies, lighttools_rays, tm25};
 use tracer::glam::DVec3;
 use tracer::{Distribution, random};
 
+use arrays::npy;
 use batwing_tests::read;
 use batwing_tests::tables::smooth;
-use files::formats::npy;
 
 use crate::support::binary::json;
 

@@ -9,9 +9,9 @@ use std::path::PathBuf;
 use anyhow::Result;
 
 use batwing_tests::traces::{design, every_ring, trace};
-use files::atomic_file::write_bytes;
 use metrics::quantity::{Quantity, Unit};
 use report::plots::{FarField, Heading, LineColours, far_field_cartesian};
+use runtime::atomic_file::write_bytes;
 use simulate::model::Model;
 
 const PATHS: u64 = 20_000_000;

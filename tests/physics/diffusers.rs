@@ -5,9 +5,9 @@
 use std::path::Path;
 
 use batwing_tests::judgement::{PATHS, account, alike, close};
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
 use metrics::jackknife;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::Observation;

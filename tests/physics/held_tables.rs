@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Tables held in memory for many designs, beside those of single designs.
 
+use arrays::cache::Cache;
 use batwing_tests::traces::design;
-use files::cache::Cache;
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::model_traces::ModelTraces;

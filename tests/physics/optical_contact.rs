@@ -11,9 +11,9 @@ use std::path::Path;
 
 use batwing_tests::judgement::{PATHS, account, alike, close};
 use design::Design;
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
 use metrics::jackknife;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::Observation;

@@ -10,9 +10,9 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use batwing_tests::judgement::{PATHS, account, alike, close};
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
 use metrics::{Estimate, jackknife};
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::Observation;

@@ -9,10 +9,10 @@ use std::path::Path;
 
 use batwing_tests::judgement::account;
 use design::Design;
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
 use metrics::{Estimate, jackknife};
 use results::film_light;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::{self, Observation};

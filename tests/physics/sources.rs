@@ -10,9 +10,9 @@ use tracer::formats::lighttools_rays;
 use tracer::formats::rays::RayRecord;
 
 use design::Design;
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
 use metrics::{Estimate, jackknife};
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::Observation;

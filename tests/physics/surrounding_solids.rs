@@ -10,9 +10,9 @@ use tempfile::tempdir;
 
 use batwing_tests::judgement::{PATHS, account, alike, close};
 use design::Design;
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
 use metrics::jackknife;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::cells::band_cells;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;

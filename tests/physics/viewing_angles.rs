@@ -6,10 +6,10 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use design::Design;
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
 use metrics::Estimate;
 use metrics::quantity::Curve;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::Observation;

@@ -21,7 +21,8 @@ use tracer::formats::{
 };
 use tracer::{Distribution, random};
 
-use files::formats::{npy, npz};
+use arrays::npy;
+use formats::npz;
 
 /// One reader with the valid files that its inputs are made of.
 pub struct Target {
@@ -226,7 +227,7 @@ pub fn targets() -> Vec<Target> {
                 .is_ok_and(|mut reader| rays(|| reader.next_ray().ok().flatten()))
         }),
         target("sniff", every_file(), |bytes| {
-            files::formats::sniff::guess(bytes, bytes.len() as u64).is_some()
+            formats::sniff::guess(bytes, bytes.len() as u64).is_some()
         }),
         target("lighttools_rays", [corpus("plain.ray"), corpus("colour.ray")].concat(), |bytes| {
             lighttools_rays::LightToolsReader::new(bytes)

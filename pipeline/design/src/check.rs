@@ -5,7 +5,7 @@
 use std::fmt::Display;
 
 use glam::DVec3;
-use metrics::digits::readable;
+use runtime::serde_messages::readable;
 
 use super::error::ConfigError;
 

@@ -27,6 +27,7 @@
 //! | [`resolve`] | defaults and checks, a file a table |
 //! | [`resolved`] | the checked design, and the names of what its traces depend on |
 //! | [`spectrum`], [`material`] | wavelengths and their weights; indices from files |
+//! | [`shapes`] | generating curves as the tracer's shapes |
 //! | [`dotted_keys`] | keys of a design by path, set by studies and searches |
 //! | [`json_schema`] | JSON Schema for editors, Python and the reference |
 
@@ -39,6 +40,7 @@ pub mod resolve;
 pub mod resolved;
 pub mod schema;
 pub mod serde_arrays;
+pub mod shapes;
 pub mod spectrum;
 pub mod tagged;
 #[cfg(test)]
@@ -47,7 +49,7 @@ pub mod toml_errors;
 
 use std::path::{Path, PathBuf};
 
-use files::bounded_text::{MAX_KEYS, bounded_text};
+use runtime::bounded_text::{MAX_KEYS, bounded_text};
 
 pub use error::ConfigError;
 pub use resolved::Design;

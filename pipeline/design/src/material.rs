@@ -7,8 +7,8 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use rcwa::material::{Material, SLIGHT_GAIN};
 
-use files::bounded_text::{MAX_KEYS, bounded_text};
-use files::progress::warn_once;
+use runtime::bounded_text::{MAX_KEYS, bounded_text};
+use runtime::progress::warn_once;
 
 /// The material in the file at `path`.
 pub fn read(path: &Path) -> Result<Material> {

@@ -423,8 +423,8 @@ fn every_piece_of_a_section_is_a_path_of_its_svg() {
         }
         let meridian = design.outline().expect("a meridian");
         let mut bytes = Vec::new();
-        let curves = [(files::formats::body::DOME.to_owned(), meridian.clone())];
-        files::formats::svg::write(&curves, "a <b> & c", &mut bytes).expect("written");
+        let curves = [(formats::body::DOME.to_owned(), meridian.clone())];
+        formats::svg::write(&curves, "a <b> & c", &mut bytes).expect("written");
         let text = String::from_utf8(bytes).expect("text");
         assert!(text.contains("<title>a &lt;b&gt; &amp; c</title>"));
         let count = |what: &str| text.matches(what).count();

@@ -5,12 +5,12 @@
 use std::ops::Range;
 
 use serde::de::DeserializeOwned;
-use serde_path_to_error::{Path, Segment};
+use serde_path_to_error::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use files::control_characters::refusal;
-use files::serde_messages::plain;
+use runtime::control_characters::refusal;
+use runtime::serde_messages::{key, plain};
 
 use super::tagged::{Complaint, TaggedTable, is_inserted};
 
@@ -127,33 +127,12 @@ fn at(text: &str, span: &Range<usize>) -> String {
     format!("line {line}, column {column}: ")
 }
 
-/// The key at `path`, entries of lists from 1; empty for the file itself.
-pub fn key_text(path: &Path) -> String {
-    key(path).0
-}
-
-/// The key that leads to the value at fault, entries of lists from 1, and the kind of table that it
-/// lies in.
-fn key(path: &Path) -> (String, Option<&str>) {
-    let (mut steps, mut kind) = (Vec::new(), None);
-    for segment in path {
-        match segment {
-            Segment::Seq { index } => steps.push(format!("[{}]", index + 1)),
-            Segment::Map { key } if is_inserted(key) => {}
-            Segment::Map { key } => steps.push(format!(".{key}")),
-            Segment::Enum { variant } => kind = Some(&**variant),
-            Segment::Unknown => {}
-        }
-    }
-    (steps.concat().trim_start_matches('.').to_owned(), kind)
-}
-
 fn complaint(text: &str, path: &Path, error: &toml::de::Error) -> String {
     let span = error.span().unwrap_or_default();
     let place = at(text, &span);
     let said = error.message().split_whitespace();
     let said = said.collect::<Vec<_>>().join(" ");
-    let (mut key, kind) = key(path);
+    let (mut key, kind) = key(path, is_inserted);
     let message = match plain(&said, "a table", kind) {
         Some(words) => {
             if let Some(missing) = words.missing {

@@ -9,9 +9,9 @@ use anyhow::{Context, Error, Result, ensure};
 use serde::de::DeserializeOwned;
 
 use design::toml_errors;
-use files::progress::warn_once;
-use files::provenance::FileRecord;
 use metrics::figures;
+use runtime::progress::warn_once;
+use runtime::provenance::FileRecord;
 
 use crate::design_file::DesignFile;
 

@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use anyhow::Result;
 
-use files::provenance::FileRecord;
 use metrics::digits::thousands;
 use metrics::plural::count;
 use results::shown;
+use runtime::provenance::FileRecord;
 
 use crate::checked_file::Texts;
 use crate::optimise::{cost, problem};

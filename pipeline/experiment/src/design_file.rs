@@ -7,7 +7,7 @@ use anyhow::{Context, Result, anyhow};
 
 use design::dotted_keys::{self, Settings};
 use design::{ConfigError, Design, toml_errors};
-use files::provenance::FileRecord;
+use runtime::provenance::FileRecord;
 use simulate::scene_check;
 
 /// Key of the places of packages.

@@ -3,7 +3,7 @@
 //!
 //! In comes a file in TOML that names a design and says what is varied; out go figures with their
 //! errors, as [`results`] writes them down. An experiment traces by [`simulate::model_traces`], keeps
-//! what it found to the bit in [`files::store`], so that it goes on where it was stopped, and deals
+//! what it found to the bit in [`runtime::store`], so that it goes on where it was stopped, and deals
 //! its traces to several processes by [`simulate::job`].
 //!
 //! ```

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use files::atomic_file::{Flush, replace, rewrite};
+use runtime::atomic_file::{Flush, replace, rewrite};
 
 /// Links that may lead from one to the next.
 const MAX_LINKS: usize = 40;

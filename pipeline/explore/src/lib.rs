@@ -51,9 +51,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
+use arrays::cache::Cache;
 use design::Design;
-use files::cache::Cache;
-use files::run_context::RunContext;
+use runtime::run_context::RunContext;
 use simulate::model::Model;
 
 /// What to show, and where.

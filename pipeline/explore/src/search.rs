@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 
 use serde_json::{Value, json};
 
-use files::interrupt::Interrupt;
+use runtime::interrupt::Interrupt;
 
 /// A search and how far it is.
 #[derive(Debug, Default)]

@@ -10,12 +10,12 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use design::dotted_keys;
-use files::atomic_file::write_bytes;
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
 use metrics::figures;
 use results::figure_entry::FigureEntry;
 use results::shown;
+use runtime::atomic_file::write_bytes;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::model::Model;
 
 use crate::Actions;

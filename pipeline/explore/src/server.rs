@@ -16,7 +16,7 @@ use hyper::http::request::Parts;
 use serde_json::{Value, json};
 use tokio::sync::mpsc;
 
-use files::run_context::RunContext;
+use runtime::run_context::RunContext;
 
 use crate::fault::Fault;
 use crate::http::{self, Answer, MAX_BODY, Request, Server, plain, whole};
@@ -229,7 +229,7 @@ impl Host<'_> {
 
     fn export(&self, query: &str) -> Result<Answer, Fault> {
         let word = query.strip_prefix("format=").unwrap_or_default();
-        let writer = files::formats::WRITERS.iter().find(|writer| writer.word == word);
+        let writer = formats::WRITERS.iter().find(|writer| writer.word == word);
         let writer = writer.ok_or_else(|| Fault::new(format!("no format is called {word:?}")))?;
         let (design, model, _) = self.session.present()?;
         let name = format!("{}.{}", design.name, writer.endings[0]);

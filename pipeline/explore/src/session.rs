@@ -13,8 +13,8 @@ use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 use design::Design;
-use files::formats::{WRITERS, Writes};
-use files::interrupt::Interrupt;
+use formats::{WRITERS, Writes};
+use runtime::interrupt::Interrupt;
 use simulate::model::Model;
 use simulate::scene_check;
 

@@ -11,14 +11,14 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, Result, anyhow};
 use serde_json::{Value, json};
 
+use arrays::cache::Cache;
 use design::Design;
-use files::cache::Cache;
-use files::run_context::RunContext;
 use output::live::{Beside, LiveLight, LiveWriter};
 use report::html::pictures::within_page;
 use report::path_picture::compact_picture;
 use report::plots::Heading;
 use results::ModelResult;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::model_result::model_result;

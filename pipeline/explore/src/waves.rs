@@ -3,9 +3,9 @@
 
 use anyhow::Result;
 
+use arrays::cache::Cache;
 use design::Design;
-use files::cache::Cache;
-use files::run_context::RunContext;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::scene::DomeSurface;

@@ -26,7 +26,6 @@
 //! | `base_surface`, `relief`, `rounding` | smooth surface, elements on it, rounded corners |
 //! | `meridian`, [`outline`], `planar` | generating curves, stated ones, and where pieces meet |
 //! | `cell` | one period in the frame of its chord |
-//! | [`shapes`] | a generating curve as the tracer's shapes |
 
 mod base_surface;
 mod cell;
@@ -36,7 +35,6 @@ mod planar;
 pub mod profile;
 mod relief;
 mod rounding;
-pub mod shapes;
 
 pub use base_surface::BaseSurface;
 pub use cell::Cell;

@@ -110,14 +110,6 @@ pub fn shortest(number: f64) -> String {
     }
 }
 
-/// A number that somebody wrote, in powers of ten where it has more digits than doubles hold; other
-/// text as it is.
-pub fn readable(text: &str) -> String {
-    let long = text.len() > 24 && text.bytes().all(|b| b.is_ascii_digit() || b"+-.".contains(&b));
-    let number = text.parse::<f64>().ok().filter(|_| long);
-    number.map_or_else(|| text.to_owned(), |number| format!("{number:e}"))
-}
-
 /// A whole number with commas between thousands.
 pub fn thousands(number: u64) -> String {
     let digits = number.to_string();
@@ -134,15 +126,6 @@ pub fn thousands(number: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn digits_that_no_double_holds_are_a_power_of_ten() {
-        assert_eq!(readable(&1e308f64.to_string()), "1e308");
-        assert_eq!(readable(&format!("{:?}", -2.5e200)), "-2.5e200");
-        for plain in ["0.123456789", "a text that is rather long, with 3.0 in it", "1e-300"] {
-            assert_eq!(readable(plain), plain);
-        }
-    }
 
     #[test]
     fn errors_have_two_digits_and_values_as_many_decimals() {

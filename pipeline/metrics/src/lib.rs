@@ -30,6 +30,7 @@
 //! | [`bins`] | mean and extremes over the bins of a receiver |
 //! | [`estimate`], [`hits`] | value with standard error, bound of a sum that no path reached |
 //! | [`quantity`] | maps, curves and axes with units |
+//! | [`kinds`] | weighting, polarisation, kinds of receiver |
 //! | [`digits`], [`plural`] | numbers and counts for people |
 //! | [`columns`] | two columns of text as numbers |
 
@@ -52,6 +53,7 @@ pub mod hits;
 pub mod illuminance;
 mod jackknife;
 mod jackknifed_figure;
+pub mod kinds;
 pub mod layout;
 pub mod lit;
 pub mod photopic;

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use anyhow::Result;
 
-use files::atomic_file::write_bytes;
-use files::formats::csv;
+use arrays::csv;
 use metrics::quantity::{Curve, Quantity, Unit};
 use report::plots::{FarField, Heading, LineColours, far_field_cartesian};
+use runtime::atomic_file::write_bytes;
 use simulate::observation::Observation;
 
 use super::labels::labels;

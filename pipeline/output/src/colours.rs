@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
-use files::atomic_file::write_bytes;
-use files::formats::csv::{self, Column};
+use arrays::csv::{self, Column};
 use metrics::Grouped;
 use metrics::chromaticity::Tristimulus;
 use metrics::colour_map::ColourMap;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
 use report::plots::{Heading, LedOutline, colour_map, colour_over_angle};
+use runtime::atomic_file::write_bytes;
 use simulate::observation::colours::ColourArrays;
 
 use super::ModelFiles;

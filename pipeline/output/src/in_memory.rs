@@ -7,8 +7,8 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::Result;
 
-use files::run_context::RunContext;
 use results::ModelResult;
+use runtime::run_context::RunContext;
 use simulate::model_writer::{ModelWriter, Output};
 use simulate::observation::Observation;
 

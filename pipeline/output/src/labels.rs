@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Labels of curves by wavelength, each the heading of its own column.
 
-use files::formats::csv::column_of;
+use arrays::csv::column_of;
 
 /// Most digits after the point: f64 has no more in the range of wavelengths.
 const MAX_DIGITS: usize = 17;

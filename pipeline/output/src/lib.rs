@@ -36,10 +36,8 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
+use arrays::{csv, exr};
 use design::Design;
-use files::atomic_file::{discard_abandoned, supersede, write_bytes};
-use files::formats::{csv, exr};
-use files::run_context::RunContext;
 use metrics::Grouped;
 use metrics::extraction::ROUNDING;
 use metrics::figures;
@@ -52,6 +50,8 @@ use report::plots::{
 use results::earlier::Earlier;
 use results::schema::BY_ANGLE;
 use results::{Figure, ModelResult};
+use runtime::atomic_file::{discard_abandoned, supersede, write_bytes};
+use runtime::run_context::RunContext;
 use simulate::absolute::absolute;
 use simulate::model_writer::{ModelWriter, Output};
 use simulate::observation::colours::ColourArrays;

@@ -9,7 +9,6 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::Result;
 use rayon::prelude::*;
 
-use files::run_context::RunContext;
 use metrics::Grouped;
 use metrics::illuminance::Grid;
 use metrics::quantity::{Curve, Map};
@@ -18,6 +17,7 @@ use results::ModelResult;
 use results::figure_entry::FigureEntry;
 use results::paired_figure::PairedFigure;
 use results::shown;
+use runtime::run_context::RunContext;
 use simulate::model_writer::{ModelWriter, Output};
 use simulate::observation::Observation;
 use simulate::units::Units;

@@ -5,8 +5,7 @@
 use anyhow::Result;
 use metrics::figures::VALLEY_TO_PEAK;
 
-use files::atomic_file::write_bytes;
-use files::formats::{csv, exr};
+use arrays::{csv, exr};
 use metrics::Grouped;
 use metrics::illuminance::Grid;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
@@ -15,6 +14,7 @@ use report::plots::{
     illuminance_map, palette,
 };
 use results::figure_entry::FigureEntry;
+use runtime::atomic_file::write_bytes;
 use simulate::observation::{curve, layout};
 use simulate::units::Units;
 

@@ -16,15 +16,14 @@ use serde_json::{Value, json};
 use tracer::Measurement;
 use tracer::receiver::{Angles, DetectorRectangle, FLUX_BINS, STOKES};
 
+use arrays::csv::{self, Column};
+use arrays::exr;
+use arrays::exr_layers::Layers;
 use design::Design;
 use design::resolved::receivers::CheckedReceiver;
-use design::schema::receivers::ReceiverKind;
-use files::atomic_file::{write_bytes, write_json};
-use files::formats::csv::{self, Column};
-use files::formats::exr;
-use files::formats::exr_layers::Layers;
 use metrics::chromaticity::Tristimulus;
 use metrics::hits::with_one_path;
+use metrics::kinds::ReceiverKind;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use metrics::{Estimate, Grouped};
 use report::plots::{
@@ -34,6 +33,7 @@ use report::plots::{
 use results::Figure;
 use results::figure_entry::FigureEntry;
 use results::schema::{BY_ANGLE, ReceiverEntry};
+use runtime::atomic_file::{write_bytes, write_json};
 use simulate::observation::by_angle::curves_by_angle;
 use simulate::observation::colours::Tristimulus as Tristimuli;
 use simulate::units::Units;

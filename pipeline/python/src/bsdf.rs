@@ -21,13 +21,13 @@ use rcwa::accuracy::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Hemisphere, Incidence, hemisphere};
 use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 
+use arrays::order_tables::{EXTENSION, read_table, write_table};
 use design::resolved::incidence_grid::{FIRST_KX, MAX_KX, MAX_KY, first_ky};
-use files::atomic_file::write_atomic;
-use files::cache::{EXTENSION, read_table, write_table};
-use files::formats::content;
-use files::formats::tables::{self, CellTable, Fineness};
-use files::formats::{self, Holds, Writes, words};
+use formats::content;
+use formats::tables::{self, CellTable, Fineness};
+use formats::{Holds, Writes, words};
 use pipeline::commands::file_formats::nanometres;
+use runtime::atomic_file::write_atomic;
 use simulate::tables::efficiency_rows;
 
 use crate::errors::to_python;

@@ -10,13 +10,13 @@ use numpy::PyArrayDyn;
 use pyo3::prelude::*;
 
 use experiment::checked_file::Texts;
-use files::interrupt::Interrupt;
-use files::program::{self, Program};
-use files::progress::collecting;
 use metrics::quantity::Axis;
 use output::array::Array;
 use pipeline::cli::Cli;
 use pipeline::exit;
+use runtime::interrupt::Interrupt;
+use runtime::program::{self, Program};
+use runtime::progress::collecting;
 
 use crate::job::{self, Job};
 use crate::rcwa::array;
@@ -53,7 +53,7 @@ pub fn command(py: Python<'_>, arguments: Vec<String>) -> PyResult<u8> {
 /// Removes files of this process that are not whole, at its end.
 #[pyfunction]
 pub fn discard_pending() {
-    files::atomic_file::discard_pending();
+    runtime::atomic_file::discard_pending();
 }
 
 /// States the file of this module, and the words that start the package as a program.

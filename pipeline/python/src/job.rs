@@ -18,7 +18,7 @@ use anyhow::anyhow;
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use files::interrupt::Interrupt;
+use runtime::interrupt::Interrupt;
 
 use crate::errors::{internal, to_python};
 

@@ -7,8 +7,8 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use tracer::formats::rays::RayRecord;
 
-use files::formats::ray_files::{self, HeaderWavelengths, RayMetadata};
-use files::formats::{self, Holds, Writes, words};
+use formats::ray_files::{self, HeaderWavelengths, RayMetadata};
+use formats::{Holds, Writes, words};
 
 use crate::job;
 use crate::rcwa::array;

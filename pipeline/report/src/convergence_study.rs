@@ -6,8 +6,8 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow};
 use serde::Deserialize;
 
-use design::toml_errors::key_text;
 use metrics::plural::count;
+use runtime::serde_messages::key_text;
 
 use super::plots::{ErrorCurve, Heading, Picture, Refinement, convergence};
 

@@ -27,7 +27,7 @@
 //! | [`path_picture`] | section of a package with paths of light |
 //! | [`summary`], [`run_summary`] | tables of figures as text |
 //! | [`html`] | the page |
-//! | [`paper_figures`] | figures of the paper |
+//! | [`paper_figures`], [`published`] | figures of the paper, and how they join results |
 //! | [`optimisation`], [`tolerance`], [`study`], [`convergence_study`], [`full_wave`] | pictures of these files |
 
 pub mod convergence_study;
@@ -37,6 +37,7 @@ pub mod optimisation;
 pub mod paper_figures;
 pub mod path_picture;
 pub mod plots;
+pub mod published;
 pub mod run_summary;
 pub mod study;
 pub mod summary;

@@ -9,11 +9,11 @@
 
 use std::fmt::Write as _;
 
+use crate::published::Published;
 use metrics::digits::{Digits, fixed, shortest};
 use metrics::figures::{self, COLOUR_DIFFERENCE, Definition, PARABOLA};
 use metrics::quantity::Unit;
 use results::figure_entry::FigureEntry;
-use results::published::Published;
 use results::shown::{self, shown_unit};
 use results::{Figure, Results};
 

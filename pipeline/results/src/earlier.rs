@@ -10,9 +10,9 @@ use std::path::Path;
 use anyhow::{Context, Error, Result, ensure};
 use serde_json::Value;
 
-use files::atomic_file;
-use files::content_hash::{self, sealed, sha256_hex};
-use files::provenance::FileRecord;
+use runtime::atomic_file;
+use runtime::content_hash::{self, sealed, sha256_hex};
+use runtime::provenance::FileRecord;
 
 use super::FILE;
 use super::schema::{ModelEntries, ResultsFile};

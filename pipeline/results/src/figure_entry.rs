@@ -62,7 +62,7 @@ pub struct FigureEntry {
     /// Change when the last wavelengths were added.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_error: Option<Estimate>,
-    /// The paper's figure.
+    /// Value that a publication states, as `reproduce` and `report` join it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub published: Option<f64>,
 }

@@ -4,8 +4,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use files::provenance::FileRecord;
 use metrics::digits::{format_value_with_error, significant};
+use runtime::provenance::FileRecord;
 
 use super::sealed_file::SealedFile;
 

@@ -3,10 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use design::schema::receivers::ReceiverKind;
 use metrics::figures::{
     BY_ANGLE, COLOURS_OF_RECEIVER, Definition, ESCAPED_UP, EXTRACTION, FLUX_UP, OF_RECEIVER,
 };
+use metrics::kinds::ReceiverKind;
 
 use crate::schema::ReceiverEntry;
 

@@ -8,10 +8,6 @@
 //! `docs/reference/results-schema.md`.
 //!
 //! ```
-//! use results::published::Published;
-//!
-//! // The figures of the paper, which stand beside computed ones.
-//! assert!(Published::load().is_ok());
 //! // A file of another layout is refused with the version expected.
 //! let other = serde_json::json!({"schema_version": 1});
 //! assert!(results::schema::ResultsFile::from_json(&other).unwrap_err().contains("schema_version"));
@@ -21,8 +17,6 @@
 //! |---|---|
 //! | [`schema`] | `results.json` key by key |
 //! | [`earlier`] | results of other designs and models that stay |
-//! | [`published`] | figures of the paper |
-//! | [`far_field`] | far field of a model, read back |
 //! | [`package`], [`ray_paths`] | drawing of the package, single paths |
 //! | [`optimisation`], [`tolerance`], [`study`] | `optimise.json`, `tolerance.json`, `study.json` |
 //! | [`full_wave`], [`zones`] | `full_wave.json`, `zones.json` |
@@ -35,7 +29,6 @@
 
 pub mod constraint;
 pub mod earlier;
-pub mod far_field;
 pub mod figure_entry;
 pub mod film_light;
 pub mod full_wave;
@@ -43,7 +36,6 @@ pub mod headline;
 pub mod optimisation;
 pub mod package;
 pub mod paired_figure;
-pub mod published;
 pub mod ray_paths;
 pub mod schema;
 pub mod sealed_file;
@@ -65,17 +57,15 @@ use schema::{
 };
 use serde_json::Value;
 
-use design::spectrum::Weighting;
-use files::atomic_file;
-use files::content_hash::sealed;
-use files::provenance::FileRecord;
 use metrics::extraction::Ledger;
+use metrics::kinds::Weighting;
 use metrics::plural::count;
 use metrics::quantity::Unit;
+use runtime::atomic_file;
+use runtime::provenance::FileRecord;
 
 use crate::earlier::Earlier;
 use crate::figure_entry::FigureEntry;
-use crate::published::{Models, Published};
 
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 4;
@@ -105,7 +95,7 @@ pub struct ModelResult {
     pub label: String,
     /// Paths traced.
     pub paths: u64,
-    /// The figures, in the order of the paper's tables.
+    /// The figures, in the order in which they are shown.
     pub figures: Vec<Figure>,
     /// Ledger of the power, as shares of the emitted power.
     pub ledger: Ledger,
@@ -132,7 +122,7 @@ pub struct ModelResult {
 pub struct DesignResult {
     /// Name of the design.
     pub name: String,
-    /// SHA-256 of the design file: published figures belong to a content, not to a name.
+    /// SHA-256 of the design file.
     pub design_sha256: String,
     /// Models.
     pub models: Vec<ModelResult>,
@@ -147,9 +137,9 @@ pub struct Results {
     pub seed: u64,
     /// Files that went in.
     pub inputs: Vec<FileRecord>,
-    /// The designs compared with the paper.
+    /// The designs that were run, or compared with published figures.
     pub designs: Vec<DesignResult>,
-    /// Designs beside them, without published figures.
+    /// Designs beside them.
     pub references: Vec<DesignResult>,
     /// Figures 3, 4 and 6: what is drawn in each.
     pub figures: PaperFigures,
@@ -179,19 +169,18 @@ pub fn written<'a>(
 }
 
 impl Results {
-    /// JSON of all, with `published` beside every figure that the paper gives.
+    /// JSON of all, sealed.
     ///
     /// # Errors
     /// A value that cannot be written as JSON.
-    pub fn to_json(&self, published: &Published) -> Result<Value> {
-        Ok(sealed(serde_json::to_value(self.to_file(published))?)?)
+    pub fn to_json(&self) -> Result<Value> {
+        Ok(self.to_file().to_json()?)
     }
 
     /// The file as it is written.
-    fn to_file(&self, published: &Published) -> ResultsFile {
+    pub fn to_file(&self) -> ResultsFile {
         let group = |designs: &[DesignResult]| {
-            let entries = designs.iter().map(|d| (d.name.clone(), d.entries(published)));
-            entries.collect()
+            designs.iter().map(|d| (d.name.clone(), d.entries())).collect()
         };
         ResultsFile {
             schema_version: SCHEMA_VERSION,
@@ -201,7 +190,7 @@ impl Results {
             seed: self.seed,
             inputs: self.inputs.clone(),
             files: self.files.clone(),
-            published_source: published.source.clone(),
+            published_source: None,
             designs: group(&self.designs),
             references: group(&self.references),
             figures: self.figures.clone(),
@@ -209,14 +198,14 @@ impl Results {
     }
 
     /// Writes `results.json` under `out`.
-    pub fn write(&self, out: &Path, published: &Published) -> Result<()> {
-        atomic_file::write_json(&out.join(FILE), &self.to_json(published)?)
+    pub fn write(&self, out: &Path) -> Result<()> {
+        atomic_file::write_json(&out.join(FILE), &self.to_json()?)
     }
 
     /// Writes `results.json` under `out` with those that `earlier` keeps.
-    pub fn write_beside(&self, earlier: &Earlier, out: &Path, published: &Published) -> Result<()> {
-        let file = earlier.with(self.to_file(published));
-        atomic_file::write_json(&out.join(FILE), &sealed(serde_json::to_value(file)?)?)
+    pub fn write_beside(&self, earlier: &Earlier, out: &Path) -> Result<()> {
+        let file = earlier.with(self.to_file());
+        atomic_file::write_json(&out.join(FILE), &file.to_json()?)
     }
 }
 
@@ -236,14 +225,12 @@ impl Results {
 pub const QUICK_NOTE: &str = "quick run: coarser tables of diffraction orders and fewer rays than a full run; errors are larger than the tolerances the designs ask for";
 
 impl DesignResult {
-    fn entries(&self, published: &Published) -> ModelEntries {
-        let of_design = published.design(&self.design_sha256);
-        let entries = self.models.iter();
+    fn entries(&self) -> ModelEntries {
         let entry = |model: &ModelResult| ModelEntry {
             design_sha256: self.design_sha256.clone(),
-            ..model.entry(of_design)
+            ..model.entry()
         };
-        entries.map(|m| (m.key.clone(), entry(m))).collect()
+        self.models.iter().map(|m| (m.key.clone(), entry(m))).collect()
     }
 }
 
@@ -303,14 +290,9 @@ impl ModelResult {
         Some(format!("{begin}{number}{changed}"))
     }
 
-    fn entry(&self, published: Option<&Models>) -> ModelEntry {
-        let figure = |figure: &Figure| {
-            let published = published.and_then(|models| models.get(&self.key)?.get(&*figure.key));
-            let entry = FigureEntry { published: published.copied(), ..figure.entry };
-            (figure.key.to_string(), entry)
-        };
+    fn entry(&self) -> ModelEntry {
         ModelEntry {
-            figures: self.figures.iter().map(figure).collect(),
+            figures: self.figures.iter().map(|f| (f.key.to_string(), f.entry)).collect(),
             power_ledger: self.ledger.clone(),
             counters: self.counters.iter().cloned().collect(),
             paths: self.paths,
@@ -334,11 +316,9 @@ mod tests {
     use serde_json::json;
 
     use super::*;
-    use design::embedded;
 
     #[test]
-    fn published_figures_stand_beside_computed_ones() {
-        let published = Published::load().expect("valid");
+    fn what_is_written_is_read_back() {
         let figure = Figure {
             key: "uniformity".into(),
             label: "uniformity".into(),
@@ -389,20 +369,20 @@ mod tests {
             inputs: Vec::new(),
             designs: vec![DesignResult {
                 name: "mine".to_owned(),
-                design_sha256: embedded("d1.toml").expect("valid").provenance.sha256,
+                design_sha256: "0".repeat(64),
                 models: vec![model],
             }],
             references: Vec::new(),
             figures: PaperFigures::default(),
             files: vec![FileRecord {
                 file: "summary.md".to_owned(),
-                sha256: files::content_hash::sha256_hex(b""),
+                sha256: runtime::content_hash::sha256_hex(b""),
             }],
         };
-        let json = results.to_json(&published).expect("JSON");
+        let json = results.to_json().expect("JSON");
         assert_eq!(
             json["designs"]["mine"]["geometric_100um"]["uniformity"],
-            json!({"value": 0.76, "standard_error": 0.001, "published": 0.755,
+            json!({"value": 0.76, "standard_error": 0.001,
                 "wavelength_error": {"value": 0.002, "standard_error": 0.001}})
         );
         assert_eq!(
@@ -414,12 +394,12 @@ mod tests {
             json!({"uniformity": "1", "peak_angle_deg": "deg", "power_ledger": "lm/lm"})
         );
         let back = ResultsFile::from_json(&json).expect("what was written");
-        assert_eq!(sealed(serde_json::to_value(&back).expect("JSON")).expect("JSON"), json);
+        assert_eq!(back.to_json().expect("JSON"), json);
         assert_eq!(json["files"][0]["file"], json!("summary.md"));
         assert_eq!(json.get("quick_note"), None);
         assert_eq!(
             json["designs"]["mine"]["geometric_100um"]["peak_angle_deg"],
-            json!({"value": 4.0, "standard_error": 10.0, "peak_place": "on_axis", "published": 20.0})
+            json!({"value": 4.0, "standard_error": 10.0, "peak_place": "on_axis"})
         );
         let errors = results.wavelength_errors();
         assert_eq!(

@@ -12,14 +12,12 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value};
 
-use design::schema::Carrying;
-use design::schema::receivers::ReceiverKind;
-use design::spectrum::Weighting;
-use design::toml_errors::key_text;
-use files::provenance::FileRecord;
-use files::serde_messages::plain;
 use metrics::Estimate;
 use metrics::extraction::Ledger;
+use metrics::kinds::{Carrying, ReceiverKind, Weighting};
+use runtime::content_hash::sealed;
+use runtime::provenance::FileRecord;
+use runtime::serde_messages::{key_text, plain};
 
 use super::SCHEMA_VERSION;
 use super::figure_entry::FigureEntry;
@@ -48,11 +46,12 @@ pub struct ResultsFile {
     pub inputs: Vec<FileRecord>,
     /// Files that came out, sorted by name.
     pub files: Vec<FileRecord>,
-    /// Source of the figures under `published`.
-    pub published_source: String,
-    /// Designs compared with the paper, or the design run, by name.
+    /// Source of the figures under `published`, where some have them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub published_source: Option<String>,
+    /// The design run, or those compared with published figures, by name.
     pub designs: BTreeMap<String, ModelEntries>,
-    /// Designs without published figures.
+    /// Designs beside them.
     pub references: BTreeMap<String, ModelEntries>,
     /// Content of the paper's figures.
     pub figures: PaperFigures,
@@ -75,6 +74,14 @@ impl Program {
 }
 
 impl ResultsFile {
+    /// The file as JSON, sealed by the hash of its content.
+    ///
+    /// # Errors
+    /// A value that cannot be written as JSON.
+    pub fn to_json(&self) -> Result<Value, serde_json::Error> {
+        sealed(serde_json::to_value(self)?)
+    }
+
     /// Refuses the parsed text of a file of another schema version.
     ///
     /// # Errors

@@ -6,9 +6,9 @@ use std::path::Path;
 use anyhow::{Context, Result, anyhow, ensure};
 use serde::de::DeserializeOwned;
 
-use design::toml_errors::key_text;
-use files::content_hash;
-use files::provenance::FileRecord;
+use runtime::content_hash;
+use runtime::provenance::FileRecord;
+use runtime::serde_messages::key_text;
 
 /// A file of results that holds the version of its layout and the hash of its content, and lists the
 /// files written with it.

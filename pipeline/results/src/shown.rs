@@ -4,14 +4,13 @@
 //! Terminal, tables and page take every figure from here, so that one figure has one state
 //! everywhere: `75.31 ± 0.12`, `none (maximum on axis)`, `17.5 to 22.5`, `below 7.5e-7`.
 
-use design::spectrum::Weighting;
 use metrics::digits::{Digits, format_value_with_error, shortest, significant};
 use metrics::figures::{
     self, BEAM_ANGLE, BY_ANGLE, COLOURS_OF_RECEIVER, FIELD_ANGLE, OF_RECEIVER, Source,
 };
+use metrics::kinds::Weighting;
 use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
-use tracer::receiver::FLUX_BINS;
 
 use crate::figure_entry::FigureEntry;
 use crate::schema::{Emitted, ReceiverEntry, SpectrumEntry};
@@ -210,14 +209,14 @@ pub fn emitted(flux: &Emitted, spectrum: Option<&SpectrumEntry>) -> String {
     }
 }
 
-/// Labels of the fluxes on a surface.
-const FLUX_LABELS: [&str; 6] = [
-    "from inside",
-    "from inside, absorbed",
-    "from inside, passed",
-    "from outside",
-    "from outside, absorbed",
-    "from outside, passed",
+/// Keys and labels of the fluxes on a surface.
+pub const FLUXES: [(&str, &str); 6] = [
+    ("from_inside", "from inside"),
+    ("from_inside_absorbed", "from inside, absorbed"),
+    ("from_inside_passed", "from inside, passed"),
+    ("from_outside", "from outside"),
+    ("from_outside_absorbed", "from outside, absorbed"),
+    ("from_outside_passed", "from outside, passed"),
 ];
 
 /// Labels and values of the figures of a receiver: fluxes of a surface, or flux, mean and extremes,
@@ -229,7 +228,7 @@ pub fn of_receiver(receiver: &ReceiverEntry) -> impl Iterator<Item = (&'static s
         let (entry, unit) = receiver.figure(figure.key)?;
         Some((figure.label, text(entry, unit)))
     });
-    let of_surface = FLUX_BINS.into_iter().zip(FLUX_LABELS).filter_map(|(key, label)| {
+    let of_surface = FLUXES.into_iter().filter_map(|(key, label)| {
         let unit = Unit::from_name(receiver.flux_unit.as_deref()?)?;
         Some((label, text(receiver.figures.get(key)?, unit)))
     });

@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use files::provenance::FileRecord;
 use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
+use runtime::provenance::FileRecord;
 
 use super::figure_entry::FigureEntry;
 use super::sealed_file::SealedFile;

@@ -8,11 +8,11 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use files::provenance::FileRecord;
 use metrics::digits::significant;
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
+use runtime::provenance::FileRecord;
 
 use super::figure_entry::FigureEntry;
 use super::schema::Program;

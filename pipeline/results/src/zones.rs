@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use files::provenance::FileRecord;
 use metrics::figures::OF_RECEIVER;
 use metrics::quantity::Unit;
+use runtime::provenance::FileRecord;
 
 use crate::figure_entry::FigureEntry;
 use crate::sealed_file::SealedFile;

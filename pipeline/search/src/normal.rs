@@ -6,8 +6,8 @@
 
 use std::f64::consts::TAU;
 
+use rand::Rng;
 use rand_pcg::Pcg64;
-use tracer::random::{stream, unit};
 
 /// One stream of uniform and normal numbers.
 #[derive(Debug, Clone)]
@@ -19,12 +19,16 @@ pub struct Normal {
 impl Normal {
     /// The stream of `seed`.
     pub fn new(seed: u64) -> Self {
-        Self { generator: stream(seed, 0), spare: None }
+        // PCG mixes its output, not its state: neighbouring seeds are spread first (SplitMix64
+        // finaliser).
+        let high = mix(seed ^ 0x9e37_79b9_7f4a_7c15);
+        let low = mix(high ^ seed.rotate_left(32));
+        Self { generator: Pcg64::new((u128::from(high) << 64) | u128::from(low), 0), spare: None }
     }
 
-    /// Uniform on [0, 1).
+    /// Uniform on [0, 1) in steps of 2^-53.
     pub fn uniform(&mut self) -> f64 {
-        unit(&mut self.generator)
+        (self.generator.next_u64() >> 11) as f64 / 2f64.powi(53)
     }
 
     /// A seed for a stream of its own.
@@ -49,4 +53,10 @@ impl Normal {
         self.spare = Some(radius * sine);
         radius * cosine
     }
+}
+
+const fn mix(mut x: u64) -> u64 {
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
 }

@@ -12,8 +12,8 @@ use design::resolved::solids::CheckedSolid;
 use design::schema::Extent;
 use design::schema::solids::{Flat, Per, SolidForm};
 use design::serde_arrays::List;
-use files::formats::body::{Body, DOME, Form};
-use files::formats::mesh::Mesh;
+use formats::body::{Body, DOME, Form};
+use formats::mesh::Mesh;
 use geometry::Meridian;
 
 use crate::scene::mirror_half_mm;

@@ -14,11 +14,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 
+use arrays::cache::{Cache, CacheEntry};
 use design::Design;
-use files::cache::{Cache, CacheEntry};
-use files::interrupt::Interrupt;
-use files::provenance::FileRecord;
-use files::run_context::RunContext;
+use runtime::interrupt::Interrupt;
+use runtime::provenance::FileRecord;
+use runtime::run_context::RunContext;
 
 use super::tables::{Ring, solve_rings};
 use crate::shard::{self, ShardChoice, Share, TaskPieces};

@@ -2,13 +2,13 @@
 //! From a design to its light: tables, scene, trace, observation, figures.
 //!
 //! In: a checked [`design::Design`], a [`model::Model`], a cache of tables and a
-//! [`RunContext`](files::run_context::RunContext). Out: an [`observation::Observation`] (sums of
+//! [`RunContext`](runtime::run_context::RunContext). Out: an [`observation::Observation`] (sums of
 //! the receivers by groups of paths), the figures of merit that follow from it, and the results
 //! data of [`run::Run`]. Files of a model are written by the [`model_writer::ModelWriter`] that the caller
 //! passes; nothing is drawn here.
 //!
 //! ```
-//! use files::{interrupt::Interrupt, run_context::RunContext};
+//! use runtime::{interrupt::Interrupt, run_context::RunContext};
 //! use simulate::{dome_surface::dome_surface, model::Model, trace::observe};
 //!
 //! let design = design::embedded("bare-dome.toml")?;

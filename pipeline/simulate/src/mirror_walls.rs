@@ -16,9 +16,9 @@ use design::resolved::dome::Dome;
 use design::resolved::files::symmetry_of;
 use design::resolved::reflector::Reflector;
 use design::resolved::solids::CheckedSolid;
-use design::schema::Carrying;
 use design::schema::solids::Per;
 use metrics::illuminance::Symmetry;
+use metrics::kinds::Carrying;
 
 use super::solids::surface_points;
 use super::symmetry;

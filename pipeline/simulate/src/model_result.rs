@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use design::Design;
-use design::schema::Carrying;
+use metrics::kinds::Carrying;
 use results::ModelResult;
 use results::schema::PolarizationEntry;
 

@@ -4,9 +4,9 @@
 
 use anyhow::Result;
 
+use arrays::cache::Cache;
 use design::Design;
-use files::cache::Cache;
-use files::run_context::RunContext;
+use runtime::run_context::RunContext;
 
 use super::model::Model;
 use super::observation::Observation;

@@ -7,8 +7,8 @@ use std::path::Path;
 use anyhow::Result;
 
 use design::Design;
-use files::run_context::RunContext;
 use results::ModelResult;
+use runtime::run_context::RunContext;
 
 use super::observation::Observation;
 use super::units::Units;

@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 
 use design::Design;
-use files::atomic_file::write_bytes;
-use files::run_context::RunContext;
 use results::ModelResult;
 use results::package::{FILE, PackageFile};
 use results::ray_paths::TracedPath;
+use runtime::atomic_file::write_bytes;
+use runtime::run_context::RunContext;
 
 use super::description::description;
 use super::model_writer::Output;

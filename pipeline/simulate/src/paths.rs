@@ -13,8 +13,8 @@ use tracer::ledger::{Lines, Loss};
 use tracer::{Fate, Interaction, Observer, Ray, Sampling, Scene, Settings, trace_observed};
 
 use design::Design;
-use design::spectrum::Weighting;
 use design::spectrum::lights::Lights;
+use metrics::kinds::Weighting;
 use results::ray_paths::{PathEnd, TracedPath, Vertex};
 
 use super::scene::{self, DomeSurface};

@@ -5,11 +5,11 @@ use std::borrow::Cow;
 
 use anyhow::Result;
 
+use arrays::cache::Cache;
 use design::Design;
 use design::spectrum::lights::Lights;
-use files::cache::Cache;
-use files::run_context::RunContext;
 use results::ModelResult;
+use runtime::run_context::RunContext;
 
 use super::model::Model;
 use super::model_writer::{Destination, Output};

@@ -20,8 +20,10 @@ use design::Design;
 use design::resolved::dome::Dome;
 use design::resolved::led::BoxPlace;
 use design::resolved::reflector::Reflector;
-use design::schema::{self, Carrying, Extent};
-use geometry::{Meridian, Piece, Role, shapes};
+use design::schema::{self, Extent};
+use design::shapes;
+use geometry::{Meridian, Piece, Role};
+use metrics::kinds::Carrying;
 
 use super::solids::{self, Bottom, BottomPart, Packages, Standing};
 

@@ -145,8 +145,8 @@ impl<'a> SnapshotReader<'a> {
 mod tests {
     use super::*;
 
-    use files::interrupt::Interrupt;
-    use files::run_context::RunContext;
+    use runtime::interrupt::Interrupt;
+    use runtime::run_context::RunContext;
 
     use crate::dome_surface::dome_surface;
     use crate::model::Model;

@@ -13,14 +13,9 @@ use std::str::FromStr;
 
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
-use tracer::CheckpointStore;
 
 use design::Design;
 use design::resolved::check_paths;
-use files::cache::Key;
-use files::progress::warn_once;
-use files::run_context::RunContext;
-use files::store::{MIN_PATHS, Store};
 use metrics::digits::significant;
 use metrics::far_field::PeakPlace;
 use metrics::figures::{self, Source};
@@ -28,6 +23,10 @@ use metrics::plural::count;
 use metrics::quantity::Unit;
 use results::figure_entry::FigureEntry;
 use results::schema::UntilError;
+use runtime::key::Key;
+use runtime::progress::warn_once;
+use runtime::run_context::RunContext;
+use runtime::store::{MIN_PATHS, Store};
 
 use super::observation::{Observation, check_figure};
 use super::scenes::{channels, counted, put_together};
@@ -332,7 +331,7 @@ mod tests {
     use super::*;
 
     use design::schema::Pitch;
-    use files::interrupt::Interrupt;
+    use runtime::interrupt::Interrupt;
 
     use crate::dome_surface::dome_surface;
     use crate::model::Model;

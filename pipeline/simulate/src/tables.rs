@@ -24,13 +24,14 @@ use rcwa::relief::{Polygon, Relief};
 use rcwa::{Truncation, cost_model};
 use serde_json::{Map, Value, json};
 
+use arrays::cache::{Cache, CacheEntry, HEADER_KEY};
 use design::Design;
 use design::resolved::incidence_grid::{MAX_KX, MAX_KY, first_ky, grid};
 use design::schema::{Hybrid, TableContent};
-use files::cache::{Cache, CacheEntry, HEADER_KEY, Key, SOLVER_VERSION};
-use files::run_context::RunContext;
 use geometry::Cell;
 use results::schema::TableEntry;
+use runtime::key::{Key, SOLVER_VERSION};
+use runtime::run_context::RunContext;
 
 use super::cells::band_cells;
 

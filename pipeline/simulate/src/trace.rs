@@ -10,13 +10,13 @@ use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Settings};
 use design::Design;
 use design::resolved::medium::Medium;
 use design::resolved::trace_key::ReliefModel;
-use files::cache::Key;
-use files::interrupt::Interrupted;
-use files::progress::is_news;
-use files::run_context::RunContext;
-use files::store::{Entries, Store};
 use metrics::digits::significant;
 use metrics::extraction::flow;
+use runtime::interrupt::Interrupted;
+use runtime::key::Key;
+use runtime::progress::is_news;
+use runtime::run_context::RunContext;
+use runtime::store::{Entries, Store};
 
 use super::film_planes::FilmPlanes;
 use super::observation::{Observation, plane_grid};
@@ -158,9 +158,9 @@ impl TraceJob<'_> {
     }
 
     /// Store of finished groups, if they are kept.
-    fn groups<'c>(&self, context: RunContext<'c>) -> Option<Entries<'c>> {
+    fn groups<'c>(&self, context: RunContext<'c>) -> Option<Groups<'c>> {
         let checkpoints = context.checkpoints.filter(|all| all.keeps(self.paths))?;
-        Some(checkpoints.entries(Key::of(&self.key_fields(context.seed))))
+        Some(Groups(checkpoints.entries(Key::of(&self.key_fields(context.seed)))))
     }
 
     /// All that the groups of this trace depend on, beside the program. Tables follow from the
@@ -182,9 +182,22 @@ impl TraceJob<'_> {
     }
 }
 
+/// Groups of paths of one trace in a store.
+struct Groups<'a>(Entries<'a>);
+
+impl CheckpointStore for Groups<'_> {
+    fn find(&self, group: u64) -> Option<Vec<u8>> {
+        self.0.find(group)
+    }
+
+    fn keep(&self, group: u64, bytes: &[u8]) {
+        self.0.keep(group, bytes);
+    }
+}
+
 fn control<'a>(
     progress: &'a (dyn Fn(u64) + Sync),
-    groups: Option<&'a Entries<'_>>,
+    groups: Option<&'a Groups<'_>>,
     context: RunContext<'a>,
 ) -> Control<'a> {
     Control {
@@ -261,8 +274,8 @@ mod tests {
 
     use design::resolved::array::PackagePositions;
     use design::schema::{Pitch, Sampling};
-    use files::interrupt::Interrupt;
     use metrics::far_field::{BinPlacement, PeakMethod};
+    use runtime::interrupt::Interrupt;
 
     use crate::dome_surface::dome_surface;
     use crate::model::Model;

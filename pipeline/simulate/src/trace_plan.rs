@@ -5,10 +5,11 @@ use std::ops::Range;
 
 use anyhow::{Context, Result};
 
+use arrays::cache::Cache;
 use design::Design;
-use files::cache::{Cache, Key};
-use files::run_context::RunContext;
 use geometry::Meridian;
+use runtime::key::Key;
+use runtime::run_context::RunContext;
 
 use super::dome_surface::{dome_surface, without_tables};
 use super::job::Task;

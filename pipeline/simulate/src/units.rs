@@ -8,8 +8,8 @@
 //! direction and place.
 
 use design::Design;
-use design::spectrum::Weighting;
 use design::spectrum::lights::Lights;
+use metrics::kinds::Weighting;
 use metrics::photopic::LUMENS_PER_WATT;
 use metrics::quantity::{Quantity, Unit};
 use results::schema::Emitted;

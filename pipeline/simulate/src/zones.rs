@@ -24,12 +24,13 @@ use std::collections::BTreeMap;
 use anyhow::{Result, ensure};
 use serde_json::json;
 
+use arrays::cache::Cache;
 use design::Design;
-use files::cache::{Cache, Key};
-use files::level_image::LevelImage;
-use files::run_context::RunContext;
-use files::store::Store;
+use formats::level_image::LevelImage;
 use metrics::{Estimate, JackknifedFigure};
+use runtime::key::Key;
+use runtime::run_context::RunContext;
+use runtime::store::Store;
 
 use self::map_receiver::{Frame, MapReceiver};
 use self::panel::{Cells, Panel};

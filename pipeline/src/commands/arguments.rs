@@ -8,8 +8,8 @@ use std::str::FromStr;
 
 use clap::ValueEnum;
 
+use arrays::cache::Cache;
 use design::resolved::PATHS;
-use files::cache::Cache;
 use simulate::model::Model;
 
 /// Ways to compute a design.

@@ -10,11 +10,11 @@ use clap::Args;
 use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};
 use serde_json::{Value, json};
 
+use arrays::order_tables::{EXTENSION, write_table};
 use design::Design;
-use files::cache::{EXTENSION, write_table};
-use files::progress::Console;
-use files::run_context::RunContext;
 use metrics::plural::count;
+use runtime::progress::Console;
+use runtime::run_context::RunContext;
 use simulate::job::{Job, SharedWork};
 use simulate::scene_check;
 use simulate::tables::labelled;

@@ -10,12 +10,12 @@ use clap::Args;
 use rcwa::error::kept_orders;
 use serde_json::{Value, json};
 
+use arrays::order_tables::{EXTENSION, read_table};
 use design::Design;
-use files::cache::{EXTENSION, read_table};
-use files::run_context::RunContext;
 use geometry::Cell;
 use metrics::digits::thousands;
 use metrics::plural::count;
+use runtime::run_context::RunContext;
 use simulate::cells::band_cells;
 use simulate::description::description;
 use simulate::dome_surface::dome_surface;

@@ -10,10 +10,10 @@ use rcwa::Truncation;
 use serde::Deserialize as _;
 use serde_json::json;
 
-use files::atomic_file;
-use files::formats::csv::{Column, write_csv};
-use files::run_context::RunContext;
+use arrays::csv::{Column, write_csv};
 use report::convergence_study::ConvergenceStudy;
+use runtime::atomic_file;
+use runtime::run_context::RunContext;
 use simulate::tables::interface;
 use simulate::{cells, scene_check};
 

@@ -10,9 +10,9 @@ use clap::{Args, Parser};
 
 use design::Design;
 use explore::{Actions, Options, server};
-use files::formats::{WRITERS, Writes};
-use files::progress::Console;
-use files::run_context::RunContext;
+use formats::{WRITERS, Writes};
+use runtime::progress::Console;
+use runtime::run_context::RunContext;
 use simulate::model::Model;
 
 use super::arguments::{cache, whole};

@@ -2,6 +2,8 @@
 //! `batwing export`: designs, tables of diffraction orders and far fields in the formats of other
 //! programs.
 
+mod far_field;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -10,21 +12,22 @@ use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 use tracer::Distribution;
 
+use arrays::cache::Cache;
+use arrays::order_tables::{EXTENSION, read_table};
 use design::Design;
 use design::resolved::solids::CheckedSolid;
 use design::spectrum::Spectrum;
-use files::atomic_file::{write_atomic, write_bytes};
-use files::cache::{Cache, EXTENSION, read_table};
-use files::formats::body::{Body, DOME};
-use files::formats::content::{self, Content};
-use files::formats::photometry::{self, Labels, Photometry};
-use files::formats::ray_files::RayFormat;
-use files::formats::tables::CellTable;
-use files::formats::{Holds, Writes, words};
-use files::run_context::RunContext;
+use far_field::Stored;
+use formats::body::{Body, DOME};
+use formats::content::{self, Content};
+use formats::photometry::{self, Labels, Photometry};
+use formats::ray_files::RayFormat;
+use formats::tables::CellTable;
+use formats::{Holds, Writes, words};
 use metrics::digits::shortest;
 use metrics::plural::count;
-use results::far_field::{self, Stored};
+use runtime::atomic_file::{write_atomic, write_bytes};
+use runtime::run_context::RunContext;
 use simulate::model::Model;
 use simulate::scene::DomeSurface;
 use simulate::spectral::SpectralJob;

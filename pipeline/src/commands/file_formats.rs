@@ -11,9 +11,9 @@ use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use serde_json::{Value, json};
 
-use files::formats::tables::{self, Fineness, Written};
-use files::formats::{WRITERS, Writer, Writes, listed};
-use files::run_context::RunContext;
+use formats::tables::{self, Fineness, Written};
+use formats::{WRITERS, Writer, Writes, listed};
+use runtime::run_context::RunContext;
 
 use super::arguments::whole;
 

@@ -12,18 +12,18 @@ use section::compare::{FINE_DEG, Request, SETS, SourceRequest, WIDTHS_DEG, body,
 use section::dome::{Base, Section};
 use serde_json::{Value, json};
 
+use arrays::csv;
 use design::Design;
 use design::resolved::dome::Dome;
-use files::atomic_file::{supersede, write_bytes, write_json};
-use files::content_hash::sealed;
-use files::formats::csv;
-use files::provenance::FileRecord;
-use files::run_context::RunContext;
 use geometry::profile::{Elements, Rounding, Shape};
 use metrics::digits::format_value_with_error;
 use metrics::quantity::{Quantity, Unit};
 use report::full_wave::{curves, far_field_picture, quantity};
 use results::full_wave::{Comparison, FILE, FullWaveFile, SCHEMA_VERSION};
+use runtime::atomic_file::{supersede, write_bytes, write_json};
+use runtime::content_hash::sealed;
+use runtime::provenance::FileRecord;
+use runtime::run_context::RunContext;
 use simulate::scene::index_about_domes;
 use simulate::scene_check;
 

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, anyhow};
 use clap::Args;
-use files::progress::Console;
-use files::run_context::RunContext;
+use runtime::progress::Console;
+use runtime::run_context::RunContext;
 
 use crate::grating;
 use crate::grating_case::Case;

@@ -8,13 +8,13 @@ use bsdf::{LobeMotion, Side};
 use clap::Args;
 use serde_json::json;
 
-use files::atomic_file::{write_atomic, write_bytes};
-use files::formats::content::{self, Content};
-use files::formats::ray_files::Subset;
-use files::formats::tables::CellTable;
-use files::formats::{Holds, Reads, Writes, endings, ray_files, words};
-use files::run_context::RunContext;
+use formats::content::{self, Content};
+use formats::ray_files::Subset;
+use formats::tables::CellTable;
+use formats::{Holds, Reads, Writes, endings, ray_files, words};
 use metrics::plural::count;
+use runtime::atomic_file::{write_atomic, write_bytes};
+use runtime::run_context::RunContext;
 
 use super::arguments::{IncidentSide, whole};
 use super::file_formats::{CellSteps, FileFormat, nanometres, not_over, print_written};

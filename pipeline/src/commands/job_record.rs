@@ -13,13 +13,13 @@ use clap::{Parser, Subcommand};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use files::atomic_file;
-use files::bounded_text::{MAX_KEYS, bounded_text};
-use files::cache::SOLVER_VERSION;
-use files::content_hash::{hashes, sealed, sha256_hex};
-use files::provenance::FileRecord;
-use files::run_context::RunContext;
-use files::store::program_sha256;
+use runtime::atomic_file;
+use runtime::bounded_text::{MAX_KEYS, bounded_text};
+use runtime::content_hash::{hashes, sealed, sha256_hex};
+use runtime::key::SOLVER_VERSION;
+use runtime::provenance::FileRecord;
+use runtime::run_context::RunContext;
+use runtime::store::program_sha256;
 use simulate::job::SharedWork;
 use simulate::shard::SHARDS;
 

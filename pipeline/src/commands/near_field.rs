@@ -11,14 +11,14 @@ use rcwa::guard::MAX_SLICES;
 use rcwa::{Pol, Side, Truncation};
 use serde_json::{Value, json};
 
+use arrays::exr::{Channel, write_channels};
 use design::Design;
-use files::atomic_file;
-use files::formats::exr::{Channel, write_channels};
-use files::run_context::RunContext;
 use geometry::Cell;
 use metrics::plural::count;
 use metrics::quantity::{Map, Quantity, Unit};
 use report::plots::{Heading, NearFieldMap, near_field_map};
+use runtime::atomic_file;
+use runtime::run_context::RunContext;
 use simulate::{cells, scene_check};
 
 use super::arguments::{IncidentSide, finite, whole};

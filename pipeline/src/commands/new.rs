@@ -8,7 +8,7 @@ use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use files::run_context::RunContext;
+use runtime::run_context::RunContext;
 
 use design::{NEW_BACKLIGHT, NEW_DESIGN};
 

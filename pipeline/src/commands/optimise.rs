@@ -18,15 +18,14 @@ use experiment::optimise::search_results::{missed_constraints, plain_text};
 use experiment::optimise::shared_search::SharedSearch;
 use experiment::optimise::verification_run::VerificationRun;
 use experiment::optimise::{external_search, named_files};
-use files::atomic_file;
-use files::content_hash::sealed;
-use files::provenance::FileRecord;
-use files::run_context::RunContext;
 use report::optimisation::{convergence_picture, front_picture, sensitivity_picture};
 use results::Results;
 use results::optimisation::{FILE, OptimisationFile};
-use results::published::Published;
 use results::schema::PaperFigures;
+use runtime::atomic_file;
+use runtime::content_hash::sealed;
+use runtime::provenance::FileRecord;
+use runtime::run_context::RunContext;
 use simulate::job::SharedWork;
 use simulate::model_result;
 use simulate::model_writer::Destination;
@@ -138,8 +137,7 @@ pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
     let found = recipe.run(out, arguments.resume, context)?;
     problem.verification_paths = found.verification_paths;
     let results = verified(&problem, &found, out, &cache, context)?;
-    let published = Published::load()?;
-    results.write(out, &published)?;
+    results.write(out)?;
     // The log states times, which no two runs share.
     let mut files = vec![outputs::DESIGN, results::FILE];
     let mut file = found.to_file(&problem, context.seed);
@@ -207,7 +205,7 @@ fn verified(
     problem: &Problem,
     found: &Optimised,
     out: &Path,
-    cache: &files::cache::Cache,
+    cache: &arrays::cache::Cache,
     context: RunContext,
 ) -> Result<Results> {
     let context = RunContext { seed: VerificationRun::seed(context.seed), ..context };

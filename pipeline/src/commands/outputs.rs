@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use files::atomic_file::discard_abandoned;
-use files::cache::Cache;
-use files::control_characters::refusal;
-use files::run_context::RunContext;
-use files::store::Store;
+use arrays::cache::Cache;
+use runtime::atomic_file::discard_abandoned;
+use runtime::control_characters::refusal;
+use runtime::run_context::RunContext;
+use runtime::store::Store;
 
 /// Parts that an interrupted run keeps: tables of orders.
 pub(super) const TABLES: &str = "tables";

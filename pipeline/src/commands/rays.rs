@@ -8,12 +8,12 @@ use clap::Args;
 use serde_json::json;
 
 use design::Design;
-use files::atomic_file;
-use files::run_context::RunContext;
 use metrics::plural::count;
 use report::path_picture::path_picture;
 use report::plots::Heading;
 use results::ray_paths::PathEnd;
+use runtime::atomic_file;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::package_drawing::package_drawing;

@@ -7,11 +7,11 @@ use anyhow::{Result, ensure};
 use clap::Args;
 use serde_json::json;
 
-use files::atomic_file;
-use files::content_hash::sha256_hex;
-use files::run_context::RunContext;
 use metrics::plural::count;
 use report::html::orders::Source;
+use runtime::atomic_file;
+use runtime::content_hash::sha256_hex;
+use runtime::run_context::RunContext;
 
 use super::outputs::writable;
 

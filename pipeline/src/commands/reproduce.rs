@@ -7,14 +7,14 @@ use anyhow::Result;
 use clap::Args;
 
 use design::Design;
-use files::atomic_file;
-use files::provenance::FileRecord;
-use files::run_context::RunContext;
-use files::store::Store;
 use report::plots::{Heading, published_vs_computed};
+use report::published::{self, Published};
 use report::summary::{self, SummaryRow};
-use results::published::{self, Published};
 use results::{DesignResult, QUICK_NOTE, Results};
+use runtime::atomic_file;
+use runtime::provenance::FileRecord;
+use runtime::run_context::RunContext;
+use runtime::store::Store;
 use simulate::job::{Job, SharedWork, Task};
 use simulate::model::Model;
 use simulate::model_result;
@@ -165,9 +165,12 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
         results.designs.iter().chain(&results.references),
         pictures.into_iter().chain(others),
     )?;
-    results.write(&arguments.out, &published)?;
+    let mut file = results.to_file();
+    published.join(&mut file);
+    let json = file.to_json()?;
+    atomic_file::write_json(&arguments.out.join(results::FILE), &json)?;
     checkpoints.iter().for_each(Store::finish);
-    context.console.result(&results.to_json(&published)?, || {
+    context.console.result(&json, || {
         let note = if arguments.quick { format!("\n{QUICK_NOTE}\n") } else { String::new() };
         format!("{}{note}\nwritten to {}", summary::plain_text(&rows), arguments.out.display())
     })

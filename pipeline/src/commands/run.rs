@@ -9,18 +9,17 @@ use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use serde_json::Value;
 
+use arrays::cache::Cache;
 use design::Design;
 use design::spectrum::Spectrum;
 use design::spectrum::lights::Lights;
-use files::cache::Cache;
-use files::run_context::RunContext;
-use files::store::{MIN_PATHS, Store};
 use metrics::digits::thousands;
-use report::{run_summary, summary};
+use report::run_summary;
 use results::earlier::Earlier;
-use results::published::Published;
 use results::schema::PaperFigures;
 use results::{DesignResult, Results};
+use runtime::run_context::RunContext;
+use runtime::store::{MIN_PATHS, Store};
 use simulate::description::description;
 use simulate::dome_surface::dome_surface;
 use simulate::job::{Job, SharedWork, Task};
@@ -240,25 +239,17 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
     let storing = context.storing(checkpoints.as_ref());
     let results = prepared.trace(destination, cache.as_ref(), storing)?;
     let standing = standing(design)?;
-    let published = Published::load()?;
     match &earlier {
-        Some(earlier) => results.write_beside(earlier, &arguments.out, &published)?,
-        None => results.write(&arguments.out, &published)?,
+        Some(earlier) => results.write_beside(earlier, &arguments.out)?,
+        None => results.write(&arguments.out)?,
     }
     checkpoints.iter().for_each(Store::finish);
-    context.console.result(&results.to_json(&published)?, || {
+    context.console.result(&results.to_json()?, || {
         let light = run_summary::plain_text(&results.designs[0]);
-        let mut rows = summary::rows(&results, &published);
-        rows.retain(|row| row.published.is_some());
-        let table = if rows.is_empty() {
-            String::new()
-        } else {
-            format!("\n{}", summary::plain_text(&rows))
-        };
         let (out, seconds) = (arguments.out.display(), started.elapsed().as_secs_f64());
         let wavelengths = results.wavelength_errors();
         format!(
-            "{light}{standing}{table}{wavelengths}\n{seconds:.1} s; results in {out}/{}",
+            "{light}{standing}{wavelengths}\n{seconds:.1} s; results in {out}/{}",
             results::FILE
         )
     })
@@ -282,7 +273,7 @@ pub fn in_memory(
     let results =
         prepared.trace(destination, cache.as_ref(), context.storing(checkpoints.as_ref()))?;
     checkpoints.iter().for_each(Store::finish);
-    Ok((results.to_json(&Published::load()?)?, writer.into_arrays()))
+    Ok((results.to_json()?, writer.into_arrays()))
 }
 
 /// Results in the directory that this run does not replace. Says what stays and what does not.

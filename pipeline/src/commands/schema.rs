@@ -9,7 +9,7 @@ use design::json_schema::{of_designs, of_file};
 use experiment::optimise::file::ProblemFile;
 use experiment::study::file::StudyFile;
 use experiment::tolerance::file::ToleranceFile;
-use files::run_context::RunContext;
+use runtime::run_context::RunContext;
 
 /// `batwing schema`.
 #[derive(Debug, Args)]

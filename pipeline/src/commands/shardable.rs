@@ -7,8 +7,8 @@ use std::path::Path;
 use anyhow::Result;
 use clap::Args;
 
-use files::cache::Cache;
-use files::run_context::RunContext;
+use arrays::cache::Cache;
+use runtime::run_context::RunContext;
 use simulate::job::SharedWork;
 use simulate::shard::ShardChoice;
 

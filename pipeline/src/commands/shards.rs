@@ -11,11 +11,11 @@ use anyhow::{Context, Error, Result, bail, ensure};
 use clap::Args;
 use serde_json::{Value, json};
 
-use files::atomic_file;
-use files::interrupt::Stopped;
-use files::run_context::RunContext;
-use files::store::Store;
 use metrics::plural::count;
+use runtime::atomic_file;
+use runtime::interrupt::Stopped;
+use runtime::run_context::RunContext;
+use runtime::store::Store;
 use simulate::job::{Cost, MissingPieces, SharedWork};
 use simulate::shard::{SHARDS, ShardChoice};
 

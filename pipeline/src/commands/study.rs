@@ -9,16 +9,12 @@ use std::sync::Arc;
 use anyhow::Result;
 use clap::Args;
 
+use arrays::csv;
 use experiment::checked_file::Texts;
 use experiment::study;
 use experiment::study::compute::{compute, shared_traces};
 use experiment::study::study_results::{FigureRow, StudyResults};
 use experiment::study::trace_figures::TraceId;
-use files::atomic_file;
-use files::content_hash::sealed;
-use files::formats::csv;
-use files::provenance::FileRecord;
-use files::run_context::RunContext;
 use metrics::Bounds;
 use metrics::plural::count;
 use report::study as study_pictures;
@@ -26,6 +22,10 @@ use results::figure_entry::COLUMNS;
 use results::shown;
 use results::study::{FILE, LeftOutEntry, StudyFile};
 use results::target::{Sought, Target, Verdict};
+use runtime::atomic_file;
+use runtime::content_hash::sealed;
+use runtime::provenance::FileRecord;
+use runtime::run_context::RunContext;
 use simulate::job::{Job, SharedWork, Task};
 
 use super::arguments::{cache, paths};

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 
-use files::{atomic_file, program};
+use runtime::{atomic_file, program};
 
 use super::job_record::{JobRecord, shell_line};
 use super::outputs::refuse_control;

@@ -7,17 +7,17 @@ use std::time::Instant;
 use anyhow::{Result, ensure};
 use clap::Args;
 
+use arrays::csv;
 use experiment::checked_file::Texts;
 use experiment::tolerance::compute::compute;
 use experiment::tolerance::definition::{self, Overrides, ToleranceAnalysis};
 use experiment::tolerance::shared_traces::shared_traces;
 use experiment::tolerance::tolerance_results::ToleranceResults;
-use files::atomic_file;
-use files::content_hash::sealed;
-use files::formats::csv;
-use files::provenance::FileRecord;
-use files::run_context::RunContext;
 use results::tolerance::FILE;
+use runtime::atomic_file;
+use runtime::content_hash::sealed;
+use runtime::provenance::FileRecord;
+use runtime::run_context::RunContext;
 use simulate::job::{Job, SharedWork, Task};
 
 use super::arguments::{cache, paths, whole};

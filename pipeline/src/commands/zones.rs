@@ -7,14 +7,10 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use clap::Args;
 
+use arrays::csv::{self, Column};
+use arrays::exr;
 use design::Design;
-use files::atomic_file::{supersede, write_bytes, write_json};
-use files::content_hash::sealed;
-use files::formats::csv::{self, Column};
-use files::formats::exr;
-use files::level_image::LevelImage;
-use files::provenance::FileRecord;
-use files::run_context::RunContext;
+use formats::level_image::LevelImage;
 use metrics::Estimate;
 use metrics::digits::significant;
 use metrics::figures::OF_RECEIVER;
@@ -24,6 +20,10 @@ use results::figure_entry::FigureEntry;
 use results::zones::{
     BeyondReach, Direct, FILE, Halo, LightSpread, MAPS, Radius, SCHEMA_VERSION, SPREAD, ZonesFile,
 };
+use runtime::atomic_file::{supersede, write_bytes, write_json};
+use runtime::content_hash::sealed;
+use runtime::provenance::FileRecord;
+use runtime::run_context::RunContext;
 use serde_json::json;
 use simulate::model::Model;
 use simulate::scene_check;

@@ -11,7 +11,7 @@ use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
 use batwing_tests::bad_input::good;
-use files::content_hash::sha256_hex;
+use runtime::content_hash::sha256_hex;
 
 use super::binary::{PATH, batwing};
 

@@ -6,8 +6,8 @@ use std::path::Path;
 use tempfile::{TempDir, tempdir};
 
 use design::Design;
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::Observation;

@@ -9,9 +9,9 @@
 
 use std::path::Path;
 
-use files::bounded_text::{MAX_ROWS, bounded_text};
 use geometry::Meridian;
 use geometry::outline::{Ends, Row, outline};
+use runtime::bounded_text::{MAX_ROWS, bounded_text};
 
 use super::{dome_mesh, package};
 use crate::check::Context;

@@ -12,12 +12,12 @@ use glam::DVec3;
 use tracer::Shape;
 use tracer::shape::Mesh;
 
-use files::bounded_text::{MAX_TABLES, bounded_bytes};
-use files::content_hash::sha256_hex;
-use files::formats::mesh::{JOINED, joined};
-use files::formats::{obj, stl};
-use files::progress::warn_once;
+use formats::mesh::{JOINED, joined};
+use formats::{obj, stl};
 use metrics::plural::count;
+use runtime::bounded_text::{MAX_TABLES, bounded_bytes};
+use runtime::content_hash::sha256_hex;
+use runtime::progress::warn_once;
 
 use crate::resolved::dome::DomeMesh;
 use crate::schema::dome::{MeshDome, MeshUnit};

@@ -9,10 +9,10 @@ use bsdf::Bsdf;
 use tracer::Distribution;
 use tracer::formats::rays::RayRecord;
 
-use files::content_hash::sha256_of_file;
-use files::formats::content::{self, Content};
-use files::formats::ray_files::{self, RayLight};
-use files::formats::scattering::{self, Scattering};
+use formats::content::{self, Content};
+use formats::ray_files::{self, RayLight};
+use formats::scattering::{self, Scattering};
+use runtime::content_hash::sha256_of_file;
 
 use crate::resolved::files::{Files, SourceFile, UsedFile};
 use crate::schema;

@@ -12,10 +12,10 @@ use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::Design;
 use crate::resolved::solids::{CheckedSolid, LEAST_MM};
-use crate::schema::Carrying;
 use crate::schema::film_stack::Film;
 use crate::schema::solids::{Flat, Per, Solid, SolidForm, SolidKeys, SolidScatter};
 use crate::serde_arrays::List;
+use metrics::kinds::Carrying;
 
 /// Air between films, mm.
 const GAP_MM: f64 = 0.01;

@@ -8,11 +8,11 @@ use tracer::Shape;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Bounds, Closing, Extent, Mesh, Placement, Plane};
 
-use files::bounded_text::{MAX_ROWS, bounded_bytes};
-use files::provenance::FileRecord;
+use geometry::Meridian;
 use geometry::outline::Ends;
-use geometry::{Meridian, shapes};
 use metrics::digits::shortest;
+use runtime::bounded_text::{MAX_ROWS, bounded_bytes};
+use runtime::provenance::FileRecord;
 
 use super::{dome, dome_mesh};
 use crate::check::{Context, MAX_LENGTH_MM};
@@ -22,6 +22,7 @@ use crate::schema::solids::{
     Ball, Cylinder, Disc, Flat, Solid, SolidForm, SolidMeridian, SolidMesh,
 };
 use crate::serde_arrays::List;
+use crate::shapes;
 
 /// Largest angle that an arc's chord turns through in sections.
 const CHORD_TURN: f64 = TAU / CHORDS as f64;

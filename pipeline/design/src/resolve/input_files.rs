@@ -8,8 +8,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-use files::content_hash::sha256_of_file;
-use files::provenance::FileRecord;
+use runtime::content_hash::sha256_of_file;
+use runtime::provenance::FileRecord;
 
 use crate::schema::films::Layer;
 use crate::schema::reflectors::{Law, Metal};

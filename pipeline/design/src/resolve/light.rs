@@ -3,17 +3,16 @@
 
 use std::path::Path;
 
-use files::bounded_text::{MAX_ROWS, bounded_text};
 use metrics::columns;
+use runtime::bounded_text::{MAX_ROWS, bounded_text};
 
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::Design;
 use crate::schema;
 use crate::schema::light::{SpectrumForm, SpectrumKeys, SpectrumRows};
-use crate::spectrum::{
-    Sampling, SpectralPower, Spectrum, SpectrumError, WAVELENGTHS_NM, Weighting,
-};
+use crate::spectrum::{Sampling, SpectralPower, Spectrum, SpectrumError, WAVELENGTHS_NM};
+use metrics::kinds::Weighting;
 
 /// Change from one number of wavelengths to the next where the design says nothing: half a point.
 const USUAL_TOLERANCE: f64 = 5e-3;

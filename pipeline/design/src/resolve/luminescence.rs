@@ -15,9 +15,8 @@ use crate::schema;
 use crate::schema::light::SpectrumRows;
 use crate::schema::luminescence::{Emission, Luminophore};
 use crate::spectrum::lights::Colour;
-use crate::spectrum::{
-    Sampling, SpectralPower, Spectrum, SpectrumError, WAVELENGTHS_NM, Weighting,
-};
+use crate::spectrum::{Sampling, SpectralPower, Spectrum, SpectrumError, WAVELENGTHS_NM};
+use metrics::kinds::Weighting;
 
 /// Points of a Gaussian.
 const POINTS: usize = 121;

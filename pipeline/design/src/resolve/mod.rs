@@ -31,10 +31,11 @@ use std::path::Path;
 
 use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};
 
-use ::files::content_hash::sha256_hex;
-use ::files::provenance::Provenance;
+use ::runtime::content_hash::sha256_hex;
+use ::runtime::provenance::Provenance;
 use metrics::digits::shortest;
 use metrics::far_field::{BinPlacement, PeakMethod};
+use metrics::kinds::Carrying;
 
 use super::check::{Context, MAX_LENGTH_MM, divides, whole_division, whole_multiple};
 use super::error::ConfigError;
@@ -82,7 +83,7 @@ impl Design {
         led::one_for_each(&led, array.count(), &at)?;
         let housing = raw.housing.as_ref();
         let housing = housing.map(|h| package::housing(h, &at)).transpose()?;
-        let is_polarised = raw.light.polarization == schema::Carrying::Carried;
+        let is_polarised = raw.light.polarization == Carrying::Carried;
         let solids = solids::resolve(&raw.solids, (wavelength_nm, is_polarised), folder, &at)?;
         let lit = (&led, dome.is_some(), &*solids);
         let sources = sources::resolve(raw, lit, light.weighting(), folder, &at)?;

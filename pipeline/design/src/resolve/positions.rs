@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use anyhow::{Context as _, Result, bail, ensure};
-use files::bounded_text::{MAX_ROWS, bounded_text};
+use runtime::bounded_text::{MAX_ROWS, bounded_text};
 
 use crate::schema;
 

@@ -10,9 +10,9 @@ use std::sync::Arc;
 use bsdf::{DiffuseLaw, DiffuseLobe, GaussianLobe};
 use tracer::SurfaceModel;
 
-use files::formats::scattering::{self, Scattering};
-use files::provenance::FileRecord;
+use formats::scattering::{self, Scattering};
 use metrics::digits::shortest;
+use runtime::provenance::FileRecord;
 
 use super::form::{self, SolidTable};
 use super::{grooves, package, polariser};

@@ -12,8 +12,9 @@ use std::sync::Arc;
 use tracer::formats::rays::RayRecord;
 use tracer::{Distribution, Emission, RaySet};
 
-use ::files::formats::content::{self, Content};
-use ::files::formats::ray_files::{self, HeaderWavelengths, RayLight};
+use ::formats::content::{self, Content};
+use ::formats::ray_files::{self, HeaderWavelengths, RayLight};
+use metrics::kinds::Weighting;
 use metrics::{colour_matching, photopic};
 
 use super::files::{self, Upward};
@@ -27,7 +28,7 @@ use crate::schema::files::FileSource;
 use crate::schema::sources::{LightOf, SourceKeys, SourceOfFile};
 use crate::spectrum::lights::{Colour, Light, Lights};
 use crate::spectrum::rays::{ColouredRays, nanometres};
-use crate::spectrum::{self, Sampling, Spectrum, WAVELENGTHS_NM, Weighting};
+use crate::spectrum::{self, Sampling, Spectrum, WAVELENGTHS_NM};
 
 /// The name of what emits where there are no `[[sources]]`.
 const LED: &str = "LED";

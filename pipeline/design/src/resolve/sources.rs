@@ -8,8 +8,9 @@ use std::path::Path;
 use tracer::glam::{DMat3, DVec3};
 use tracer::{Emission, Emitter, Region};
 
-use files::content_hash::sha256_of_file;
 use metrics::illuminance::Symmetry;
+use metrics::kinds::Weighting;
+use runtime::content_hash::sha256_of_file;
 
 use super::form;
 use super::source_spectra::Scope;
@@ -23,7 +24,6 @@ use crate::schema;
 use crate::schema::solids::Per;
 use crate::schema::sources::{ChipSource, Source, SourceForm, SourceKeys};
 use crate::serde_arrays::List;
-use crate::spectrum::Weighting;
 
 pub(crate) fn resolve(
     raw: &schema::Design,

@@ -12,7 +12,8 @@ use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::Design;
 use crate::resolved::incidence_grid::{USUAL_KY, grid};
-use crate::schema::{Carrying, Polarization, TableContent};
+use crate::schema::{Polarization, TableContent};
+use metrics::kinds::Carrying;
 
 /// Most rings: narrower ones than a tenth of a micrometre are no relief for light.
 const MAX_RINGS: f64 = 10_000.0;

@@ -12,7 +12,8 @@ use super::luminescence::{MediumLuminophore, StatedLuminophore};
 use super::medium::Medium;
 use crate::error::ConfigError;
 use crate::spectrum::lights::Lights;
-use crate::spectrum::{SpectralPower, Spectrum, Weighting};
+use crate::spectrum::{SpectralPower, Spectrum};
+use metrics::kinds::Weighting;
 
 impl Design {
     /// True if a medium converts light to other wavelengths.

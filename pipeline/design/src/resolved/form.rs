@@ -7,7 +7,7 @@ use tracer::Shape;
 use tracer::glam::{DMat3, DVec2, DVec3};
 use tracer::shape::{Bounds, Closing, Foot, Placement};
 
-use files::formats::mesh::BOX_FACES;
+use formats::mesh::BOX_FACES;
 use geometry::Meridian;
 use metrics::illuminance::Symmetry;
 

@@ -12,7 +12,7 @@ use tracer::glam::{DMat3, DVec3};
 use tracer::shape::Mesh;
 use tracer::{Emission, Shape, Source};
 
-use files::formats::mesh::BOX_FACES;
+use formats::mesh::BOX_FACES;
 
 use super::reflector::Reflector;
 use crate::schema::is_default;

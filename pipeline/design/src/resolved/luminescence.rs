@@ -7,7 +7,8 @@ use serde::Serialize;
 
 use super::scattering::Spectral;
 use crate::schema::ByWavelength;
-use crate::spectrum::{Spectrum, Weighting};
+use crate::spectrum::Spectrum;
+use metrics::kinds::Weighting;
 
 /// A substance as stated, whatever the wavelength.
 #[derive(Debug)]

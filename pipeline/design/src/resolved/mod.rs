@@ -35,7 +35,7 @@ use serde::Serialize;
 use solids::CheckedSolid;
 use sources::CheckedSource;
 
-use ::files::provenance::Provenance;
+use ::runtime::provenance::Provenance;
 use files::Files;
 use geometry::profile::{Elements, Shape, SphericalDome};
 use geometry::{BaseSurface, GeometryError, Meridian};
@@ -44,6 +44,7 @@ use super::schema::solids::Per;
 use super::schema::{self, Extent};
 use crate::spectrum::Spectrum;
 use crate::spectrum::lights::Lights;
+use metrics::kinds::Carrying;
 
 /// Allowed number of paths.
 pub const PATHS: RangeInclusive<u64> = 1_000..=1_000_000_000_000;
@@ -133,7 +134,7 @@ pub struct Design {
     pub step_nm: f64,
     /// True if rays carry their polarisation.
     #[serde(skip_serializing_if = "schema::is_default")]
-    pub polarization: schema::Carrying,
+    pub polarization: Carrying,
 }
 
 /// Reflector in the plane z = 0.

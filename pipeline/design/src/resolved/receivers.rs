@@ -4,7 +4,8 @@
 use serde::Serialize;
 use tracer::Detector;
 
-use crate::schema::receivers::{Receiver, ReceiverKind};
+use crate::schema::receivers::Receiver;
+use metrics::kinds::ReceiverKind;
 
 /// A receiver of a checked design.
 #[derive(Debug, Clone, PartialEq, Serialize)]

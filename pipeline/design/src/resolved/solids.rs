@@ -11,10 +11,10 @@ use serde::Serialize;
 use tracer::glam::DVec3;
 use tracer::{Region, Shape, SurfaceModel};
 
-use files::formats::scattering::Scattering;
-use files::provenance::FileRecord;
+use formats::scattering::Scattering;
 use metrics::digits::shortest;
 use metrics::illuminance::Symmetry;
+use runtime::provenance::FileRecord;
 
 use super::films::{Coats, Stack};
 use super::form::Form;

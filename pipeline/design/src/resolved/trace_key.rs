@@ -15,9 +15,9 @@
 
 use serde_json::{Value, json};
 
-use files::provenance::{FileRecord, Provenance};
 use geometry::Meridian;
 use geometry::profile::{Elements, Rounding, SphericalDome};
+use runtime::provenance::{FileRecord, Provenance};
 
 use super::array::{Array, PackagePositions};
 use super::at_wavelength::LitSources;

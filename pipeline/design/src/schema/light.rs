@@ -5,8 +5,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::is_default;
-use crate::spectrum::{Weighting, WhiteLed};
+use crate::spectrum::WhiteLed;
 use crate::tagged::{Kinds, Tagged};
+use metrics::kinds::Carrying;
+use metrics::kinds::Weighting;
 
 /// `[light]`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -26,18 +28,6 @@ pub struct Light {
     /// Polarisation of the light on its way; default `"unpolarised"`.
     #[serde(default, skip_serializing_if = "is_default", alias = "polarisation")]
     pub polarization: Carrying,
-}
-
-/// Polarisation of light on its way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Carrying {
-    /// Every surface sees unpolarised light.
-    #[default]
-    #[serde(alias = "unpolarized")]
-    Unpolarised,
-    /// Interfaces, layers and specular mirrors see and change polarisation and phases.
-    Carried,
 }
 
 /// `[light.spectrum]`, and `spectrum` of a source.

@@ -30,7 +30,7 @@ pub mod sources;
 
 pub use dome::{Dome, DomeForm, Elements, MeshUnit, Shape, ShapeForm};
 pub use hybrid::{Hybrid, Polarization, TableContent};
-pub use light::{Carrying, Light, Spectrum, SpectrumForm};
+pub use light::{Light, Spectrum, SpectrumForm};
 pub use luminescence::Luminophore;
 pub use reflectors::{Extent, Floor, Housing, Led, Mirror};
 pub use scattering::{ByWavelength, Particles};

@@ -8,6 +8,7 @@ use tracer::receiver::{Facing, Sense};
 use super::is_default;
 use crate::serde_arrays::List;
 use crate::tagged::{Kinds, Tagged};
+use metrics::kinds::ReceiverKind;
 
 /// `[[receivers]]`.
 pub type Receiver = Tagged<ReceiverKeys, ReceiverForm>;
@@ -175,22 +176,6 @@ impl ReceiverForm {
             Self::Surface(_) => false,
         }
     }
-}
-
-/// Kinds of receiver, as results name them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum ReceiverKind {
-    /// Irradiance on a rectangle.
-    Plane,
-    /// Intensity over polar angle and azimuth, bins between multiples of their widths.
-    FarField,
-    /// Intensity on C-γ planes, bins about them.
-    CGamma,
-    /// Radiance on a rectangle by place and direction.
-    Luminance,
-    /// Flux on surfaces.
-    Surface,
 }
 
 /// Directions along the axes.

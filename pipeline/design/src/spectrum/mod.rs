@@ -22,29 +22,8 @@ use quadrature::places;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use metrics::kinds::Weighting;
 use metrics::plural::count;
-
-/// Weighting of a spectrum.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "lowercase")]
-pub enum Weighting {
-    /// Radiant power: W, W/sr, W/mm².
-    Radiometric,
-    /// Luminous flux, radiant power times V(λ) times 683 lm/W: lm, cd, lx; 360 to 830 nm.
-    Photometric,
-}
-
-impl Weighting {
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Radiometric => "radiometric",
-            Self::Photometric => "photometric",
-        }
-    }
-}
 
 /// Number of wavelengths of a spectrum.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]

@@ -4,13 +4,13 @@
 
 use anyhow::Result;
 
+use arrays::cache::Cache;
 use design::Design;
 use design::dotted_keys::Settings;
 use design::resolved::PATHS;
-use files::atomic_file::is_of_files;
-use files::cache::Cache;
-use files::interrupt::Interrupted;
-use files::run_context::RunContext;
+use runtime::atomic_file::is_of_files;
+use runtime::interrupt::Interrupted;
+use runtime::run_context::RunContext;
 use simulate::model_traces::ModelTraces;
 use simulate::seeds::mix;
 use simulate::trace_plan::DomeChoice;

@@ -8,10 +8,10 @@ use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
+use arrays::cache::Cache;
 use design::dotted_keys::Settings;
 use design::resolved::check_paths;
-use files::cache::Cache;
-use files::run_context::RunContext;
+use runtime::run_context::RunContext;
 use search::Point;
 
 use super::evaluate::Evaluator;

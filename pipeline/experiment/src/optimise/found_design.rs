@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 
 use design::Design;
 use design::dotted_keys::Settings;
-use files::atomic_file;
+use runtime::atomic_file;
 use simulate::scene_check;
 
 use super::named_files::NamedFiles;

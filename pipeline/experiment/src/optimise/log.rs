@@ -11,8 +11,8 @@ use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use files::atomic_file;
 use results::figure_entry::FigureEntry;
+use runtime::atomic_file;
 use search::Point;
 
 use super::evaluate::Evaluator;

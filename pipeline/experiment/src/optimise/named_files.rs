@@ -12,8 +12,8 @@ use anyhow::{Context, Result};
 use toml::Value;
 
 use design::Design;
-use files::atomic_file;
-use files::bounded_text;
+use runtime::atomic_file;
+use runtime::bounded_text;
 
 use super::outputs::is_output;
 use super::problem::Problem;

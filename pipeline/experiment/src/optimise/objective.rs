@@ -11,12 +11,12 @@ use serde::{Deserialize, Serialize};
 
 use design::Design;
 use design::dotted_keys::{self, Settings};
-use files::provenance::FileRecord;
 use metrics::{Bounds, Estimate, figures, spread};
 use results::constraint;
 use results::figure_entry::FigureEntry;
 use results::paired_figure::{PairedFigure, above_rounding, jump};
 use results::shown;
+use runtime::provenance::FileRecord;
 use simulate::observation::{Observation, check_figure};
 
 use super::file::{ConstraintKeys, Goal, TermKeys};

@@ -9,8 +9,8 @@ use serde_json::json;
 use design::Design;
 use design::dotted_keys::{Settings, check_entries_stay};
 use design::resolved::check_paths;
-use files::cache::Key;
-use files::provenance::FileRecord;
+use runtime::key::Key;
+use runtime::provenance::FileRecord;
 use simulate::model::Model;
 
 use super::file::{Method, ProblemFile, StageKeys};

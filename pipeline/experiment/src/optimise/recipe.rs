@@ -8,17 +8,17 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 
+use arrays::cache::Cache;
 use design::Design;
 use design::dotted_keys::Settings;
 use design::resolved::PATHS;
-use files::atomic_file;
-use files::cache::Cache;
-use files::interrupt::Interrupted;
-use files::run_context::RunContext;
 use metrics::digits::thousands;
 use metrics::plural::count;
 use results::optimisation::{CoefficientEntry, FILE, MissedCandidate};
 use results::paired_figure::PairedFigure;
+use runtime::atomic_file;
+use runtime::interrupt::Interrupted;
+use runtime::run_context::RunContext;
 use search::Point;
 use simulate::model::Model;
 use simulate::model_traces::ModelTraces;

@@ -7,9 +7,9 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 
 use design::dotted_keys::Settings;
-use files::provenance::FileRecord;
 use results::figure_entry::FigureEntry;
 use results::paired_figure::PairedFigure;
+use runtime::provenance::FileRecord;
 
 use super::file::ObjectiveKeys;
 use super::objective::{Evaluation, Objective};

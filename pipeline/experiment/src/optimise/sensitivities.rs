@@ -3,8 +3,8 @@
 
 use anyhow::Result;
 
-use files::run_context::RunContext;
 use metrics::{Estimate, spread};
+use runtime::run_context::RunContext;
 use search::Point;
 use simulate::model::Model;
 use simulate::seeds::mix;

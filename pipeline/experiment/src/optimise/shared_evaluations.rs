@@ -16,10 +16,10 @@ use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use files::cache::Key;
-use files::progress::Progress;
-use files::run_context::RunContext;
-use files::store::{Entries, Store};
+use runtime::key::Key;
+use runtime::progress::Progress;
+use runtime::run_context::RunContext;
+use runtime::store::{Entries, Store};
 use search::Point;
 use simulate::shard::ShardChoice;
 
@@ -339,8 +339,8 @@ mod tests {
 
     use super::*;
     use crate::optimise::objective::Evaluation;
-    use files::interrupt::Interrupt;
     use results::paired_figure::PairedFigure;
+    use runtime::interrupt::Interrupt;
 
     const COUNT: usize = 7;
 

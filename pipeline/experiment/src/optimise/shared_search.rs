@@ -4,10 +4,11 @@
 
 use anyhow::{Error, Result};
 
+use arrays::cache::Cache;
 use design::Design;
-use files::cache::{Cache, Key};
-use files::provenance::FileRecord;
-use files::run_context::RunContext;
+use runtime::key::Key;
+use runtime::provenance::FileRecord;
+use runtime::run_context::RunContext;
 use simulate::job::{Cost, Job, MissingPieces, SharedWork, Task, seconds_of_paths};
 use simulate::shard::ShardChoice;
 

@@ -12,12 +12,12 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 
-use files::progress::Progress;
-use files::run_context::RunContext;
 use metrics::Estimate;
 use metrics::plural::count;
 use results::figure_entry::FigureEntry;
 use results::optimisation::{FinalCandidateEntry, GenerationEntry, MissedCandidate};
+use runtime::progress::Progress;
+use runtime::run_context::RunContext;
 use search::bipop::Bipop;
 use search::cma_es::{self, CmaEs};
 use search::coordinate::{self, CoordinateSearch};

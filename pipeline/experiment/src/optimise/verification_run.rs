@@ -4,10 +4,10 @@
 
 use anyhow::Result;
 
+use arrays::cache::Cache;
 use design::Design;
-use files::cache::Cache;
-use files::run_context::RunContext;
 use results::DesignResult;
+use runtime::run_context::RunContext;
 use simulate::model::Model;
 use simulate::model_writer::Destination;
 use simulate::run::Run;

@@ -5,7 +5,7 @@
 //! A trace is named by the hash of everything it depends on: the fields of the design that
 //! [`Design::trace_fields`] lists, seed, paths and tables. A stored trace is read instead of
 //! traced. Set-ups that differ only in how a map or far field is read share one
-//! trace. Tables have their own names ([`files::cache`]), so a change of the tracer's keys
+//! trace. Tables have their own names ([`arrays::cache`]), so a change of the tracer's keys
 //! recomputes none.
 
 use std::collections::BTreeMap;
@@ -15,13 +15,14 @@ use std::sync::Arc;
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
+use arrays::cache::Cache;
 use design::Design;
 use design::resolved::trace_key::ReliefModel;
 use design::serde_arrays::List;
-use files::cache::{Cache, Key};
-use files::run_context::RunContext;
-use files::store::Store;
 use results::paired_figure::PairedFigure;
+use runtime::key::Key;
+use runtime::run_context::RunContext;
+use runtime::store::Store;
 use simulate::job::Task;
 use simulate::model::Model;
 use simulate::model_traces::ModelTraces;

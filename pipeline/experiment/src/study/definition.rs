@@ -7,8 +7,8 @@ use std::path::Path;
 use anyhow::{Context, Result, bail, ensure};
 
 use design::Design;
-use files::provenance::FileRecord;
 use results::study::LeftOutEntry;
+use runtime::provenance::FileRecord;
 
 use super::checks;
 use super::file::{Level, StudyFile};

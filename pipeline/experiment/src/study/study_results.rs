@@ -10,7 +10,6 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
-use files::provenance::FileRecord;
 use metrics::estimate::DISTINCT;
 use metrics::quantity::Unit;
 use metrics::{Estimate, spread};
@@ -19,6 +18,7 @@ use results::paired_figure::{PairedFigure, jump};
 use results::shown::named;
 use results::study::{LeftOutEntry, SCHEMA_VERSION};
 use results::target::{Sought, Target, Verdict};
+use runtime::provenance::FileRecord;
 use simulate::observation::{is_comparable, unit_of, why_absent};
 
 use super::definition::Study;

@@ -142,7 +142,8 @@ mod tests {
 
     #[test]
     fn published_figures_are_targets() {
-        let table: toml::Table = toml::from_str(results::published::TABLES).expect("valid");
+        let table: toml::Table =
+            toml::from_str(include_str!("../../../../data/published/tables.toml")).expect("valid");
         let targets = Targets::new(&table, &BTreeMap::from([("uniformity".to_owned(), 0.01)]))
             .expect("valid");
         let near = |value, scale| Some(Target { sought: Sought::Near(value), scale });

@@ -13,11 +13,11 @@ use std::collections::BTreeMap;
 
 use anyhow::{Result, bail, ensure};
 
-use files::cache::Cache;
-use files::run_context::RunContext;
+use arrays::cache::Cache;
 use metrics::Estimate;
 use metrics::far_field::PeakPlace;
 use results::figure_entry::FigureEntry;
+use runtime::run_context::RunContext;
 use simulate::observation::unit_of;
 
 use super::definition::ToleranceAnalysis;

@@ -9,11 +9,11 @@ use serde_json::json;
 use design::Design;
 use design::dotted_keys::{Settings, check_entries_stay};
 use design::resolved::check_paths;
-use files::cache::Key;
-use files::provenance::FileRecord;
 use metrics::Bounds;
 use metrics::figures::{self, Definition};
 use results::tolerance::BoundEntry;
+use runtime::key::Key;
+use runtime::provenance::FileRecord;
 use simulate::model::Model;
 use simulate::observation::check_figure;
 

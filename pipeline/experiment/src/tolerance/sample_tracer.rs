@@ -6,15 +6,15 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, ensure};
 
+use arrays::cache::Cache;
 use design::dotted_keys::Settings;
 use design::schema::Average;
-use files::atomic_file::is_of_files;
-use files::cache::Cache;
-use files::interrupt::Interrupted;
-use files::run_context::RunContext;
-use files::store::Entries;
 use metrics::digits::thousands;
 use results::figure_entry::FigureEntry;
+use runtime::atomic_file::is_of_files;
+use runtime::interrupt::Interrupted;
+use runtime::run_context::RunContext;
+use runtime::store::Entries;
 use simulate::model_traces::ModelTraces;
 use simulate::seeds::mix;
 use simulate::trace_plan::DomeChoice;

@@ -7,9 +7,9 @@ use std::sync::Arc;
 
 use anyhow::Result;
 
+use arrays::cache::Cache;
 use design::Design;
-use files::cache::Cache;
-use files::run_context::RunContext;
+use runtime::run_context::RunContext;
 use simulate::job::{Cost, Task};
 use simulate::model::Model;
 use simulate::tables::Ring;

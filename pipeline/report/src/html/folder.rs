@@ -9,10 +9,12 @@ use std::path::{Component, Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 
-use files::content_hash::{self, sha256_hex};
-use files::provenance::FileRecord;
 use results::FILE;
 use results::schema::ResultsFile;
+use runtime::content_hash::{self, sha256_hex};
+use runtime::provenance::FileRecord;
+
+use crate::published::Published;
 use results::sealed_file::SealedFile;
 
 /// A folder of results.
@@ -57,7 +59,8 @@ impl Folder {
             path.display(),
             content_hash::KEY
         );
-        let results = ResultsFile::from_json(&json).map_err(of_file)?;
+        let mut results = ResultsFile::from_json(&json).map_err(of_file)?;
+        Published::load()?.join(&mut results);
         check_files(directory, FILE, &results.files)?;
         Ok(Self { directory: directory.to_owned(), path, results })
     }

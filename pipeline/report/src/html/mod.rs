@@ -36,13 +36,13 @@ use orders::Source;
 use pictures::{Album, cuts, designs};
 use serde_json::{Value, json};
 
-use files::provenance::FileRecord;
 use results::full_wave::FullWaveFile;
 use results::schema::PaperFigures;
 use results::sealed_file::SealedFile;
 use results::study::StudyFile;
 use results::tolerance::ToleranceResultsFile;
 use results::zones::ZonesFile;
+use runtime::provenance::FileRecord;
 
 use super::paper_figures::{ELEMENTS, elements_picture};
 use super::plots::{glow, palette};

@@ -9,7 +9,7 @@ use base64::Engine as _;
 use base64::prelude::BASE64_STANDARD;
 use serde_json::{Value, json};
 
-use files::formats::exr;
+use arrays::exr;
 use metrics::extraction::{ROUNDING, is_end};
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use results::package::{self, PackageFile};

@@ -4,12 +4,12 @@
 use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 
-use files::content_hash::sha256_hex;
 use metrics::quantity::Unit;
 use results::figure_entry::FigureEntry;
 use results::optimisation::{self, ObjectiveEntry, OptimisationFile, StageEntry, Verdict};
 use results::sealed_file::SealedFile;
 use results::shown;
+use runtime::content_hash::sha256_hex;
 
 use super::folder::{Folder, check_files};
 use super::models::Model;

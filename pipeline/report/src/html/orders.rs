@@ -13,7 +13,8 @@ use bsdf::order_table::NodeId;
 use bsdf::{OrderTable, Polarisation, Side};
 use serde_json::{Value, json};
 
-use files::cache::{Cache, EXTENSION, read_table};
+use arrays::cache::Cache;
+use arrays::order_tables::{EXTENSION, read_table};
 use results::schema::TableEntry;
 
 use super::folder::Folder;

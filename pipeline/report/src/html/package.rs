@@ -6,7 +6,7 @@ use anyhow::Result;
 use metrics::figures::{FLUX_UP, UNIFORMITY};
 use serde_json::{Value, json};
 
-use files::formats::exr;
+use arrays::exr;
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use results::package::PackageFile;

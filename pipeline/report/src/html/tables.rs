@@ -399,7 +399,7 @@ pub fn provenance(folder: &Folder, models: &[Model]) -> Value {
         ("kind of run", if top.quick { "quick" } else { "full" }.to_owned()),
     ];
     if compared {
-        lines.push(("published figures", top.published_source.clone()));
+        lines.push(("published figures", top.published_source.clone().unwrap_or_default()));
     }
     let paths = |model: &Model| {
         json!([

@@ -8,9 +8,9 @@ use serde_json::json;
 use tempfile::TempDir;
 
 use super::*;
-use files::content_hash::{self, sha256_hex};
-use files::formats::{csv, exr};
+use arrays::{csv, exr};
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
+use runtime::content_hash::{self, sha256_hex};
 
 /// A name that would be markup if it were not escaped.
 const NAME: &str = "D<1>";
@@ -111,8 +111,11 @@ impl Fixture {
             "designs": designs, "references": {}, "figures": {},
         });
         let tables = root.path().join("tables");
-        files::cache::write_table(&tables.join(format!("{HASH}.bworders")), &smooth_table())
-            .expect("written");
+        arrays::order_tables::write_table(
+            &tables.join(format!("{HASH}.bworders")),
+            &smooth_table(),
+        )
+        .expect("written");
         let fixture = Self { root, results };
         fixture.store();
         fixture

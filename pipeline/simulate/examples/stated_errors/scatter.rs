@@ -5,9 +5,9 @@
 use std::collections::BTreeMap;
 
 use design::Design;
-use files::interrupt::Interrupt;
-use files::run_context::RunContext;
 use results::figure_entry::FigureEntry;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::model::Model;
 use simulate::observation::Observation;

@@ -6,11 +6,11 @@ use std::borrow::Cow;
 
 use anyhow::Result;
 use design::resolved::receivers::CheckedReceiver;
-use design::schema::receivers::ReceiverKind;
 use metrics::far_field::{AngularBins, BinPlacement, FarFieldReading, PeakMethod};
 use metrics::figures::{BY_ANGLE, Definition};
 use metrics::hits::with_one_path;
 use metrics::illuminance::Symmetry;
+use metrics::kinds::ReceiverKind;
 use metrics::quantity::Curve;
 use metrics::{Estimate, Grouped};
 use results::figure_entry::FigureEntry;

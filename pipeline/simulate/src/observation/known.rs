@@ -4,7 +4,6 @@
 use anyhow::{Result, bail, ensure};
 use design::Design;
 use design::resolved::receivers::CheckedReceiver;
-use design::schema::receivers::ReceiverKind;
 use metrics::digits::thousands;
 use metrics::extraction::is_end;
 use metrics::far_field::PeakMethod;
@@ -12,6 +11,7 @@ use metrics::figures::{
     self, BEAM_ANGLE, BY_ANGLE, CENTRE_TO_PEAK, COLOURS_OF_RECEIVER, Definition, FIELD_ANGLE,
     INTENSITY_PEAK, INTENSITY_PER_KILOLUMEN, PARABOLA, PEAK_ANGLE, Source,
 };
+use metrics::kinds::ReceiverKind;
 use metrics::layout::Layout;
 use metrics::plural::count;
 use metrics::quantity::Unit;

@@ -4,8 +4,8 @@
 
 use std::borrow::Cow;
 
-use design::schema::receivers::ReceiverKind;
 use metrics::figures::{Definition, NamedFigure};
+use metrics::kinds::ReceiverKind;
 use metrics::quantity::Unit;
 use metrics::{Estimate, Grouped, JackknifedFigure};
 use rayon::prelude::*;

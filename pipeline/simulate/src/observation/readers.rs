@@ -8,7 +8,6 @@ use design::resolved::luminescence::MediumLuminophore;
 use design::resolved::medium::Medium;
 use design::resolved::receivers::CheckedReceiver;
 use design::schema::receivers::{Normal, StatedRectangle};
-use design::spectrum::Weighting;
 use metrics::bins::{Bins, largest};
 use metrics::extraction::{self, flow};
 use metrics::far_field::{FarFieldReading, PeakPlace};
@@ -17,6 +16,7 @@ use metrics::figures::{
     ILLUMINANCE, OF_RECEIVER, Source,
 };
 use metrics::illuminance::Grid;
+use metrics::kinds::Weighting;
 use metrics::layout::Layout;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::MapMean;

@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use design::resolved::sources::CheckedSource;
-use design::spectrum::Weighting;
 use design::spectrum::lights::Light;
 use metrics::extraction::{Ledger, extraction, flow};
+use metrics::kinds::Weighting;
 use metrics::{Grouped, jackknife};
 use results::schema::{EfficiencyEntry, SourceEntry};
 

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 
+use arrays::cache::Cache;
 use design::Design;
 use design::resolved::PATHS;
 use design::resolved::medium::Medium;
@@ -16,10 +17,9 @@ use design::resolved::solids::CheckedSolid;
 use design::schema::Zero;
 use design::spectrum::lights::{Colour, Lights};
 use design::spectrum::quadrature::COUNTS;
-use files::cache::Cache;
-use files::run_context::RunContext;
 use metrics::plural;
 use results::schema::{TableEntry, UntilError, WavelengthEntry};
+use runtime::run_context::RunContext;
 
 use super::rule::{Node, Rule};
 use crate::dome_surface::dome_surface;

@@ -7,7 +7,7 @@ use bsdf::order_table::{JonesRow, OrderJones};
 use bsdf::{NodeId, OrderTable};
 use rcwa::hemisphere::{Interface, Resolution, hemisphere_matrices};
 
-use files::run_context::RunContext;
+use runtime::run_context::RunContext;
 
 use super::{directions, side};
 

@@ -5,7 +5,7 @@ use metrics::dimming::{behind_panel, panel_bias};
 use metrics::hits::with_one_path;
 use metrics::{Estimate, JackknifedFigure};
 
-use files::level_image::LevelImage;
+use formats::level_image::LevelImage;
 
 use super::map_receiver::Frame;
 use super::superposition::{Piece, RowOfGroups, rows};

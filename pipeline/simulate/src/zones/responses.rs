@@ -3,14 +3,14 @@
 
 use anyhow::{Result, ensure};
 use serde_json::json;
-use tracer::CheckpointStore;
 
+use arrays::cache::Cache;
 use design::Design;
 use design::resolved::trace_key::ReliefModel;
-use files::cache::{Cache, Key};
-use files::run_context::RunContext;
-use files::store::{Store, program_sha256};
 use metrics::illuminance::Symmetry;
+use runtime::key::Key;
+use runtime::run_context::RunContext;
+use runtime::store::{Store, program_sha256};
 
 use super::map_receiver::MapReceiver;
 use super::places::Places;

@@ -10,11 +10,11 @@ use std::path::Path;
 use anyhow::{Context, Result};
 
 use design::Design;
-use files::bounded_text::{MAX_ROWS, bounded_text};
-use files::provenance::FileRecord;
 use metrics::{Grouped, JackknifedFigure, without_noise};
 use results::figure_entry::FigureEntry;
 use results::paired_figure::PairedFigure;
+use runtime::bounded_text::{MAX_ROWS, bounded_text};
+use runtime::provenance::FileRecord;
 use simulate::lit;
 use simulate::observation::Observation;
 

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Images of levels from 0 to 1: drives of dimming zones, pictures on a panel.
+//!
+//! A text file has a line for each row of numbers, between commas, semicolons or blanks; lines that
+//! are empty or begin with `#` are skipped. A PNG is grey with 8 or 16 bits, read as linear: the
+//! largest number is 1. The first row of both is the top, of the largest y.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use png::{BitDepth, ColorType, Decoder, Limits};
+
+use runtime::bounded_text::{MAX_ROWS, bounded_bytes};
+use runtime::provenance::FileRecord;
+
+/// First bytes of a PNG.
+const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
+/// Largest number of levels.
+const MAX_LEVELS: usize = 16_000_000;
+
+/// Levels in columns and rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LevelImage {
+    /// Levels along x.
+    pub columns: usize,
+    /// Levels along y.
+    pub rows: usize,
+    /// Levels from 0 to 1, row after row from the bottom, of the smallest y.
+    pub levels: Vec<f64>,
+}
+
+impl LevelImage {
+    /// Reads the file at `path`; its record beside the image.
+    ///
+    /// # Errors
+    /// A file that cannot be read, and where in it which number was expected.
+    pub fn read(path: &Path) -> Result<(Self, FileRecord)> {
+        let name = path.display().to_string();
+        let read = || -> Result<(Self, FileRecord)> {
+            let bytes = bounded_bytes(path, MAX_ROWS)?;
+            let image = if bytes.starts_with(PNG) { from_png(&bytes) } else { from_text(&bytes) };
+            Ok((image?, FileRecord::new(name.clone(), &bytes)))
+        };
+        read().with_context(|| format!("`{name}`"))
+    }
+
+    /// From rows of levels, the top first.
+    fn from_top(columns: usize, rows: &[f64]) -> Self {
+        let levels = rows.chunks(columns).rev().flatten().copied().collect();
+        Self { columns, rows: rows.len() / columns, levels }
+    }
+}
+
+fn from_text(bytes: &[u8]) -> Result<LevelImage> {
+    let text = std::str::from_utf8(bytes).context("expected a PNG or text in UTF-8")?;
+    let (mut columns, mut levels) = (0, Vec::new());
+    for (number, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
+        let line = line.trim();
+        if line.is_empty() || line.starts_with('#') {
+            continue;
+        }
+        let fields: Vec<&str> = match [',', ';'].into_iter().find(|mark| line.contains(*mark)) {
+            Some(mark) => line.split(mark).map(str::trim).collect(),
+            None => line.split_whitespace().collect(),
+        };
+        let number = number + 1;
+        if columns == 0 {
+            columns = fields.len();
+        }
+        let count = fields.len();
+        ensure!(
+            count == columns,
+            "line {number}: expected {columns} numbers as in the first row, got {count}"
+        );
+        for (column, field) in fields.iter().enumerate() {
+            let level = field.parse().ok().filter(|level| (0.0..=1.0).contains(level));
+            let Some(level) = level else {
+                bail!(
+                    "line {number}, column {}: expected a number from 0 to 1, got {field:?}",
+                    column + 1
+                );
+            };
+            levels.push(level);
+        }
+    }
+    ensure!(columns > 0, "expected rows of numbers from 0 to 1, got none");
+    Ok(LevelImage::from_top(columns, &levels))
+}
+
+fn from_png(bytes: &[u8]) -> Result<LevelImage> {
+    let limits = Limits { bytes: 8 * MAX_LEVELS };
+    let mut reader = Decoder::new_with_limits(Cursor::new(bytes), limits).read_info()?;
+    let info = reader.info();
+    let (columns, rows) = (info.width as usize, info.height as usize);
+    ensure!(
+        columns.saturating_mul(rows) <= MAX_LEVELS,
+        "expected at most {MAX_LEVELS} pixels, got {columns} x {rows}"
+    );
+    let (colour, depth) = (info.color_type, info.bit_depth);
+    let per_level = match (colour, depth) {
+        (ColorType::Grayscale, BitDepth::Eight) => 1,
+        (ColorType::Grayscale, BitDepth::Sixteen) => 2,
+        _ => bail!(
+            "colour type: expected grey of 8 or 16 bits without alpha, got {colour:?} of {} bits",
+            depth as u8
+        ),
+    };
+    let mut pixels = vec![0; columns * rows * per_level];
+    reader.next_frame(&mut pixels)?;
+    let level = |pixel: &[u8]| match pixel {
+        [high, low] => f64::from(u16::from_be_bytes([*high, *low])) / f64::from(u16::MAX),
+        _ => f64::from(pixel[0]) / f64::from(u8::MAX),
+    };
+    let levels: Vec<f64> = pixels.chunks_exact(per_level).map(level).collect();
+    Ok(LevelImage::from_top(columns, &levels))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn png(colour: ColorType, depth: BitDepth, pixels: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, 2, 2);
+        encoder.set_color(colour);
+        encoder.set_depth(depth);
+        let mut writer = encoder.write_header().expect("a header");
+        writer.write_image_data(pixels).expect("pixels");
+        writer.finish().expect("written");
+        bytes
+    }
+
+    #[test]
+    fn the_first_row_is_the_top_of_all_forms() {
+        let bottom_up = vec![1.0, 0.2, 0.0, 0.6];
+        let expected = LevelImage { columns: 2, rows: 2, levels: bottom_up };
+        for text in ["0,0.6\n1,0.2\n", "\u{feff}# drives\n0 0.6\n\n1 0.2", "0; .6\r\n1e0; 2e-1\r\n"]
+        {
+            assert_eq!(from_text(text.as_bytes()).expect(text), expected);
+        }
+        let eight = png(ColorType::Grayscale, BitDepth::Eight, &[0, 153, 255, 51]);
+        assert_eq!(from_png(&eight).expect("8 bits"), expected);
+        let wide = [0, 0, 0x99, 0x99, 0xff, 0xff, 0x33, 0x33];
+        let sixteen = png(ColorType::Grayscale, BitDepth::Sixteen, &wide);
+        assert_eq!(from_png(&sixteen).expect("16 bits"), expected);
+    }
+
+    #[test]
+    fn what_is_no_image_of_levels_is_refused() {
+        for (text, words) in [
+            ("", "got none"),
+            ("0,1\n0\n", "line 2: expected 2 numbers"),
+            ("0,1.01", "line 1, column 2: expected a number from 0 to 1, got \"1.01\""),
+            ("# x\n0,nan", "line 2, column 2"),
+            ("0,-0.1", "got \"-0.1\""),
+            ("0,,1", "got \"\""),
+            ("zone,drive", "got \"zone\""),
+        ] {
+            let error = format!("{:#}", from_text(text.as_bytes()).expect_err(text));
+            assert!(error.contains(words), "{error}");
+        }
+        assert!(from_text(&[0xff, 0xfe]).is_err());
+        let colours = png(ColorType::Rgb, BitDepth::Eight, &[0; 12]);
+        let error = from_png(&colours).expect_err("colours").to_string();
+        assert!(error.contains("got Rgb of 8 bits"), "{error}");
+        let grey = png(ColorType::Grayscale, BitDepth::Eight, &[0; 4]);
+        assert!(from_png(&grey[..grey.len() / 2]).is_err());
+    }
+}
