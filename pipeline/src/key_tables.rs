@@ -181,7 +181,7 @@ mod tests {
 
     use super::*;
     use crate::commands::schema::InputFile;
-    use crate::grating_case::keys::CaseKeys;
+    use gratings::grating_case::keys::CaseKeys;
 
     /// Rewrites the pages where `BATWING_BLESS` is set.
     #[test]

@@ -3,8 +3,7 @@
 //!
 //! In: words of a command line ([`cli::Cli`]). Out: files under the directory of results, one
 //! result on standard output, an exit code ([`exit`]). The commands join the crates `design`,
-//! `simulate`, `experiment`, `report` and `files`; they compute nothing of their own but single
-//! gratings. The Python package calls [`cli::Cli::run_until`].
+//! `simulate`, `experiment`, `gratings`, `report` and `formats`; they compute nothing of their own. The Python package calls [`cli::Cli::run_until`].
 //!
 //! ```
 //! use clap::Parser;
@@ -22,20 +21,13 @@
 //! | [`commands`] | one file a command, and the records of shared jobs |
 //! | [`output`] | files of a model: maps, sections, pictures, receivers |
 //! | [`paper_figures`] | Figures 3, 4 and 6 of the paper |
-//! | [`grating_case`], [`grating`] | grating cases and their solution |
-//! | [`rings`], [`convergence`], [`near_field`] | tables, convergence and near field of single rings |
 //! | [`ray_export`] | rays that leave a design, as a ray file |
 
 pub mod cli;
 pub mod cli_errors;
 pub mod commands;
-pub mod convergence;
 pub mod exit;
-pub mod grating;
-pub mod grating_case;
 #[cfg(test)]
 mod key_tables;
-pub mod near_field;
 pub mod paper_figures;
 pub mod ray_export;
-pub mod rings;

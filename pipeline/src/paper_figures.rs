@@ -144,7 +144,7 @@ fn by_rays(band: &BandTable) -> Result<Vec<LobeEntry>> {
 /// Orders at exactly normal incidence, solved at the table's resolution: normal incidence lies
 /// between the nodes of a table.
 fn by_waves(band: &BandTable) -> Result<Vec<LobeEntry>> {
-    let interface = simulate::tables::interface(&band.cell, band.table.grid().wavelength)?;
+    let interface = gratings::interface::interface(&band.cell, band.table.grid().wavelength)?;
     let header = band.table.header();
     let plan = interface.relief.slice_plan(header.slices).refined(2);
     let solved = rcwa::solve(

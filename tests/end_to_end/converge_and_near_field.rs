@@ -10,8 +10,8 @@ use rcwa::{Bloch, Pol, Side, Truncation, solve};
 use serde_json::Value;
 use tempfile::tempdir;
 
+use gratings::interface::interface;
 use simulate::cells;
-use simulate::tables::interface;
 
 use crate::support::binary::batwing;
 

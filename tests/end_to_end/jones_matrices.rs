@@ -24,8 +24,8 @@ use tracer::optics::thin_film::{End, Film};
 use batwing_tests::tables::{
     SILICONE, on_silicone, order_table, resolution, scatter_side, solver_side,
 };
+use gratings::interface::interface;
 use simulate::cells::band_cells;
-use simulate::tables::interface;
 
 use crate::support::runs::{estimate, run_text};
 

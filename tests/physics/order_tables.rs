@@ -25,8 +25,8 @@ use rcwa::{Pol, Truncation, no_progress};
 
 use batwing_tests::tables::{Shares, direct, on_silicone, order_table, scatter_side, solver_side};
 use design::Design;
+use gratings::interface::interface;
 use simulate::cells::band_cells;
-use simulate::tables::interface;
 
 /// What moves no direction's R or T when the resolution is raised.
 const CONVERGED: f64 = 3e-3;

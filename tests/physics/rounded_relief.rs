@@ -7,9 +7,9 @@ use batwing_tests::traces::{parsed, trace};
 use design::Design;
 use geometry::profile::{Elements, Reference, Rounding, Shape};
 use geometry::{Cell, Curve, Meridian, ring_cell};
+use gratings::interface::interface;
 use simulate::model::Model;
 use simulate::observation::Observation;
-use simulate::tables::interface;
 
 const DESIGN: &str = r#"
 name = "own"

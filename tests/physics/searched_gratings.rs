@@ -8,8 +8,8 @@ use rcwa::{Bloch, Pol, Side, Truncation, no_progress, solve_line};
 
 use batwing_tests::boundary_integral::{Fineness, Grating};
 use batwing_tests::solver_comparison::{KX0, RINGS, ring};
-use pipeline::grating::{Efficiencies, solve};
-use pipeline::grating_case::{Accuracy, Case, Polarization, Structure};
+use gratings::grating::{Efficiencies, solve};
+use gratings::grating_case::{Accuracy, Case, Polarization, Structure};
 
 const TOLERANCE: f64 = 1e-3;
 
@@ -38,7 +38,7 @@ fn solved(case: &Case, what: &str) -> Efficiencies {
 
 /// Largest departure of an order from `exact`, which takes its side and number.
 fn departure(found: &Efficiencies, exact: impl Fn(Side, i32) -> f64) -> f64 {
-    let of = |o: &pipeline::grating::OrderEfficiency| (o.te + o.tm - exact(o.side, o.order)).abs();
+    let of = |o: &gratings::grating::OrderEfficiency| (o.te + o.tm - exact(o.side, o.order)).abs();
     found.orders.iter().map(of).fold(0.0, f64::max)
 }
 

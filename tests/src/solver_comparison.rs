@@ -9,8 +9,8 @@ use rcwa::accuracy::{hemisphere_change, largest_change};
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::{Bloch, Pol, Scattering, Side};
 
+use gratings::interface::interface;
 use simulate::cells::band_cells;
-use simulate::tables::interface;
 
 use crate::boundary_integral::{Fineness, Grating, Solution};
 use crate::tables::WAVELENGTH_UM;

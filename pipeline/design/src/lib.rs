@@ -21,7 +21,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`schema`] | the file as written, one field a key; doc comments are the reference |
-//! | [`tagged`], [`serde_arrays`] | tables of several kinds, lists of fixed length |
+//! | [`tagged`] | tables of several kinds |
 //! | [`toml_errors`], [`error`] | messages on the form of the file, and on its values |
 //! | `check` | ranges of lengths, numbers, counts and names |
 //! | [`resolve`] | defaults and checks, a file a table |
@@ -39,7 +39,6 @@ pub mod material;
 pub mod resolve;
 pub mod resolved;
 pub mod schema;
-pub mod serde_arrays;
 pub mod shapes;
 pub mod spectrum;
 pub mod tagged;

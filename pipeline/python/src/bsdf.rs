@@ -26,9 +26,9 @@ use design::resolved::incidence_grid::{FIRST_KX, MAX_KX, MAX_KY, first_ky};
 use formats::content;
 use formats::tables::{self, CellTable, Fineness};
 use formats::{Holds, Writes, words};
+use gratings::interface::efficiency_rows;
 use pipeline::commands::file_formats::nanometres;
 use runtime::atomic_file::write_atomic;
-use simulate::tables::efficiency_rows;
 
 use crate::errors::to_python;
 use crate::job::{self, Job};

@@ -16,7 +16,7 @@ mod job;
 mod rays;
 mod rcwa;
 
-use pipeline::grating_case::USUAL_PERIODS;
+use gratings::grating_case::USUAL_PERIODS;
 use pyo3::prelude::*;
 
 /// The number of threads of calls that state none; `None` for all processors.

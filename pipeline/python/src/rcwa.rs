@@ -417,8 +417,8 @@ pub fn solve_case(
     threads: Option<usize>,
 ) -> PyResult<String> {
     job::run(py, threads, move |job| {
-        let case = pipeline::grating_case::Case::parse(&name, &text)?;
-        let solved = pipeline::grating::solve(&case, &job.watch())?;
+        let case = gratings::grating_case::Case::parse(&name, &text)?;
+        let solved = gratings::grating::solve(&case, &job.watch())?;
         let mut json = solved.to_json();
         let warnings = case.doubts().into_iter().chain(solved.warnings());
         json["warnings"] = warnings.collect::<Vec<_>>().into();

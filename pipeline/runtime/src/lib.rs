@@ -26,16 +26,19 @@
 //! | [`interrupt`], [`progress`], [`run_context`] | Ctrl-C, console, and what a command hands to its steps |
 //! | [`program`] | the file that holds the program, for keys of kept results |
 //! | [`serde_messages`] | messages of readers: key, expected, got |
+//! | [`serde_arrays`], [`field_names`] | lists of fixed length, names of keys |
 
 pub mod atomic_file;
 pub mod bounded_text;
 pub mod content_hash;
 pub mod control_characters;
+pub mod field_names;
 pub mod interrupt;
 pub mod key;
 pub mod program;
 pub mod progress;
 pub mod provenance;
 pub mod run_context;
+pub mod serde_arrays;
 pub mod serde_messages;
 pub mod store;

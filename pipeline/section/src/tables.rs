@@ -5,11 +5,11 @@ use crate::dome::Section;
 use anyhow::Result;
 use bsdf::{Grid, OrderTable, Polarisation, TableHeader};
 use full_wave::Polarisation as Field;
+use gratings::interface::{directions, efficiency_rows, interface};
 use rayon::prelude::*;
 use rcwa::accuracy::converge_hemisphere;
 use rcwa::hemisphere::hemisphere;
 use rcwa::no_progress;
-use simulate::tables::{directions, efficiency_rows, interface};
 
 /// Accuracy of tables.
 #[derive(Clone, Copy, Debug, PartialEq)]

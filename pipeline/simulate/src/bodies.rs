@@ -11,10 +11,10 @@ use design::resolved::led::BoxPlace;
 use design::resolved::solids::CheckedSolid;
 use design::schema::Extent;
 use design::schema::solids::{Flat, Per, SolidForm};
-use design::serde_arrays::List;
 use formats::body::{Body, DOME, Form};
 use formats::mesh::Mesh;
 use geometry::Meridian;
+use runtime::serde_arrays::List;
 
 use crate::scene::mirror_half_mm;
 

@@ -26,6 +26,7 @@
 //! |---|---|
 //! | [`model`] | the four treatments of the relief |
 //! | [`cells`] | unit cells of the rings |
+//! | [`rings`] | tables of chosen rings, with what they took |
 //! | [`tables`] | diffraction orders of every band, from the cache or the solver |
 //! | [`dome_surface`], [`solids`], [`scene`] | surfaces that rays meet |
 //! | [`scene_check`] | refusals that need the scene |
@@ -43,7 +44,6 @@
 //! | `scenes` | one scene, or one for each wavelength where media convert light |
 //! | [`model_traces`] | traces of many designs without files |
 //! | [`paths`], [`paths_3d`], [`package_drawing`], [`description`], [`package`] | the package in lines, words and a few paths |
-//! | [`zones`] | dimming zones: responses of packages and their superposition |
 //! | [`bodies`] | the package as triangle meshes |
 //! | [`run`], [`model_writer`], [`model_result`] | the recipe of a run, its writer of files, its results |
 
@@ -65,6 +65,7 @@ pub mod package;
 pub mod package_drawing;
 pub mod paths;
 pub mod paths_3d;
+pub mod rings;
 pub mod run;
 pub mod scene;
 pub mod scene_check;
@@ -81,4 +82,3 @@ pub mod trace;
 pub mod trace_plan;
 pub mod units;
 pub mod warnings;
-pub mod zones;

@@ -14,8 +14,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, anyhow, bail};
-use bsdf::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, Polarisation, TableHeader};
-use num_complex::Complex64;
+use bsdf::{EfficiencyRow, Grid, OrderTable, Polarisation, TableHeader};
 use rayon::prelude::*;
 use rcwa::accuracy::converge_hemisphere;
 use rcwa::hemisphere::{Directions, Hemisphere, Interface, Resolution, hemisphere};
@@ -29,6 +28,7 @@ use design::Design;
 use design::resolved::incidence_grid::{MAX_KX, MAX_KY, first_ky, grid};
 use design::schema::{Hybrid, TableContent};
 use geometry::Cell;
+use gratings::interface::{directions, efficiency_rows, interface};
 use results::schema::TableEntry;
 use runtime::key::{Key, SOLVER_VERSION};
 use runtime::run_context::RunContext;
@@ -314,18 +314,6 @@ impl Ring {
     }
 }
 
-/// The solver's view of `cell` at `wavelength_um`: silicone on top, air below.
-pub fn interface(cell: &Cell, wavelength_um: f64) -> Result<Interface> {
-    let real = |n: f64| Complex64::new(n, 0.0);
-    let relief = vec![Polygon { index: real(cell.inner_index), points: cell.points_um.clone() }];
-    Ok(Interface {
-        relief: Relief::new(cell.period_um, cell.depth_um, real(cell.background_index), relief)?,
-        wavelength: wavelength_um,
-        n_top: real(cell.inner_index),
-        n_bottom: real(cell.background_index),
-    })
-}
-
 /// The relief with its slanted sides replaced by stairs not higher than `height`, each as wide as
 /// the relief at the middle of its height.
 fn staircase(relief: &Relief, height: f64) -> Result<Relief> {
@@ -347,40 +335,9 @@ fn staircase(relief: &Relief, height: f64) -> Result<Relief> {
     Ok(Relief::new(period, relief.depth(), background, polygons)?)
 }
 
-/// The incident directions of the nodes of `grid`.
-pub fn directions(grid: &Grid) -> Directions {
-    Directions { kx_per_zone: grid.kx_per_zone, ky: grid.ky.clone() }
-}
-
 /// Rough cost of a table: period³ × height.
 pub fn cost(cell: &Cell) -> f64 {
     cell.period_um.powi(3) * cell.depth_um
-}
-
-/// Rows of a table of orders, one for each incident wave of a hemisphere.
-pub fn efficiency_rows(
-    incidences: Vec<rcwa::hemisphere::Incidence>,
-) -> impl Iterator<Item = EfficiencyRow> {
-    incidences.into_iter().map(|i| EfficiencyRow {
-        node: NodeId { side: side(i.side), kx_index: i.kx_index, ky_index: i.ky_index },
-        polarisation: match i.pol {
-            rcwa::Pol::S => Polarisation::S,
-            rcwa::Pol::P => Polarisation::P,
-        },
-        orders: i
-            .efficiencies
-            .into_iter()
-            .map(|(to, order, share)| OrderEfficiency::new(side(to), order, share))
-            .collect(),
-    })
-}
-
-/// The dome's frame: top is the silicone, inner; bottom is air, outer.
-fn side(side: rcwa::Side) -> bsdf::Side {
-    match side {
-        rcwa::Side::Top => bsdf::Side::Inner,
-        rcwa::Side::Bottom => bsdf::Side::Outer,
-    }
 }
 
 /// The resolution that a ring may be expected to take: orders that propagate and those beyond, and

@@ -22,7 +22,7 @@ use simulate::tables::labelled;
 use super::arguments::cache;
 use super::outputs::writable;
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
-use crate::rings::{self, RingChoice, RingTable, each};
+use simulate::rings::{self, RingChoice, RingTable, each};
 
 /// A parser of tolerances that the solver accepts.
 fn tolerance(text: &str) -> Result<f64, String> {

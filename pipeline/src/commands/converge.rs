@@ -11,15 +11,15 @@ use serde::Deserialize as _;
 use serde_json::json;
 
 use arrays::csv::{Column, write_csv};
+use gratings::interface::interface;
 use report::convergence_study::ConvergenceStudy;
 use runtime::atomic_file;
 use runtime::run_context::RunContext;
-use simulate::tables::interface;
 use simulate::{cells, scene_check};
 
 use super::arguments::whole;
 use super::outputs::writable;
-use crate::convergence::{ConvergenceSweep, MAX_SWEPT, SweepPlan, SweepPoint, study};
+use gratings::convergence::{ConvergenceSweep, MAX_SWEPT, SweepPlan, SweepPoint, study};
 
 /// `batwing converge`.
 #[derive(Debug, Args)]

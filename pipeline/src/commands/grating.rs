@@ -8,8 +8,8 @@ use clap::Args;
 use runtime::progress::Console;
 use runtime::run_context::RunContext;
 
-use crate::grating;
-use crate::grating_case::Case;
+use gratings::grating;
+use gratings::grating_case::Case;
 
 /// `batwing grating`.
 #[derive(Debug, Args)]

@@ -23,7 +23,7 @@ use simulate::{cells, scene_check};
 
 use super::arguments::{IncidentSide, finite, whole};
 use super::outputs::writable;
-use crate::near_field::{IncidentWave, NearField, NearFieldSettings, near_field};
+use gratings::near_field::{IncidentWave, NearField, NearFieldSettings, near_field};
 
 /// Polarisations (`docs/explanation/conventions.md`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

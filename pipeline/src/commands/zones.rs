@@ -28,8 +28,8 @@ use serde_json::json;
 use simulate::model::Model;
 use simulate::scene_check;
 use simulate::warnings::warnings;
-use simulate::zones::reference::SHARES;
-use simulate::zones::{Dimmed, Pattern, Request, ZonedDesign};
+use zones::reference::SHARES;
+use zones::{Dimmed, Pattern, Request, ZonedDesign};
 
 use super::arguments::{ModelChoice, cache, paths};
 use super::outputs::results_writable;

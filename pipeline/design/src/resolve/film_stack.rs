@@ -14,8 +14,8 @@ use crate::resolved::Design;
 use crate::resolved::solids::{CheckedSolid, LEAST_MM};
 use crate::schema::film_stack::Film;
 use crate::schema::solids::{Flat, Per, Solid, SolidForm, SolidKeys, SolidScatter};
-use crate::serde_arrays::List;
 use metrics::kinds::Carrying;
+use runtime::serde_arrays::List;
 
 /// Air between films, mm.
 const GAP_MM: f64 = 0.01;

@@ -9,8 +9,8 @@ use crate::error::ConfigError;
 use crate::resolved::films::{FilmStacks, Films, GivenIndex, IndexSource, Stack};
 use crate::schema::films::{Index, Layer};
 use crate::schema::reflectors::{Law, Metal};
-use crate::serde_arrays::List;
 use crate::{material, schema};
+use runtime::serde_arrays::List;
 
 /// The films of `raw`, if there are any.
 pub(crate) fn resolve(

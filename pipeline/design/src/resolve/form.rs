@@ -21,8 +21,8 @@ use crate::resolved::form::{CHORDS, Form, LEVEL};
 use crate::schema::solids::{
     Ball, Cylinder, Disc, Flat, Solid, SolidForm, SolidMeridian, SolidMesh,
 };
-use crate::serde_arrays::List;
 use crate::shapes;
+use runtime::serde_arrays::List;
 
 /// Largest angle that an arc's chord turns through in sections.
 const CHORD_TURN: f64 = TAU / CHORDS as f64;

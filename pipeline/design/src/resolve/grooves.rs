@@ -9,7 +9,7 @@ use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::solids::GroovedFace;
 use crate::schema::solids::{Grooves, Prisms};
-use crate::serde_arrays::List;
+use runtime::serde_arrays::List;
 
 /// Largest angle that a chord of a rounded tip turns through.
 const CHORD_TURN: f64 = PI / 90.0;

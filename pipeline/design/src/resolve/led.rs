@@ -12,8 +12,8 @@ use crate::resolved::dome::Dome;
 use crate::resolved::led::{BoxPlace, Led};
 use crate::schema;
 use crate::schema::reflectors::LedLaw;
-use crate::serde_arrays::List;
 use crate::tagged::Tagged;
+use runtime::serde_arrays::List;
 
 /// Largest rotation about x or y, degrees.
 const MAX_TILT_DEG: f64 = 10.0;

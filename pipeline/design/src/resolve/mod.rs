@@ -45,7 +45,7 @@ use super::resolved::incidence_grid::MAX_KX;
 use super::resolved::solids::MAX_SOLIDS;
 use super::resolved::{Design, Mirror, PATHS};
 use super::schema;
-use super::serde_arrays::List;
+use runtime::serde_arrays::List;
 
 /// Most bins of the plane: 64 groups of them in double precision are half a gigabyte.
 const MAX_BINS: f64 = 1e6;

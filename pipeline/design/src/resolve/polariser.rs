@@ -6,7 +6,7 @@ use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::polariser::{PolarisingFace, SharesByAngle, StatedShares};
 use crate::schema::solids::{ByAngle, PolariserAxis, PolariserKeys};
-use crate::serde_arrays::List;
+use runtime::serde_arrays::List;
 
 /// The face that the table `table` states.
 pub(super) fn resolve(

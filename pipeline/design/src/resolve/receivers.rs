@@ -13,8 +13,8 @@ use crate::resolved::files::SourceFile;
 use crate::resolved::receivers::CheckedReceiver;
 use crate::resolved::sources;
 use crate::schema::receivers::{AngularReceiver, Only, Receiver, ReceiverForm, StatedRectangle};
-use crate::serde_arrays::List;
 use metrics::kinds::Carrying;
+use runtime::serde_arrays::List;
 
 /// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
 const MAX_BINS: f64 = 4e6;

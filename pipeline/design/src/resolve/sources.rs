@@ -23,7 +23,7 @@ use crate::resolved::sources::{CheckedEmitter, CheckedSource, EmitterLight, Part
 use crate::schema;
 use crate::schema::solids::Per;
 use crate::schema::sources::{ChipSource, Source, SourceForm, SourceKeys};
-use crate::serde_arrays::List;
+use runtime::serde_arrays::List;
 
 pub(crate) fn resolve(
     raw: &schema::Design,

@@ -13,7 +13,7 @@ use metrics::illuminance::Symmetry;
 
 use super::footprint::{Footprint, TurnedRectangle};
 use crate::schema::solids::{Flat, SolidForm};
-use crate::serde_arrays::List;
+use runtime::serde_arrays::List;
 
 /// Chords of circles in sections.
 pub(crate) const CHORDS: usize = 96;

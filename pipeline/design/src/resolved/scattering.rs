@@ -10,7 +10,7 @@ use tracer::{Mie, PhaseFunction, Scattering, Sphere};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::schema::ByWavelength;
-use crate::serde_arrays::List;
+use runtime::serde_arrays::List;
 
 /// Scattering of a medium at a wavelength.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -25,7 +25,7 @@ use crate::check::Context;
 use crate::error::ConfigError;
 use crate::schema::is_default;
 use crate::schema::solids::{Contacts, Per, Solid, SolidForm, SolidScatter};
-use crate::serde_arrays::List;
+use runtime::serde_arrays::List;
 
 /// Faces of a film, with the patches of a box that they are.
 pub(crate) const BOX_FACES: [(&str, usize); 2] = [("top", 1), ("bottom", 2)];

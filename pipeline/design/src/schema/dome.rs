@@ -8,8 +8,8 @@ use geometry::profile::Reference;
 
 use super::films::Layer;
 use super::{NoKeys, is_default};
-use crate::serde_arrays::List;
 use crate::tagged::{Kinds, Tagged};
+use runtime::serde_arrays::List;
 
 /// `[dome]`: truncated sphere on a short cylinder, a curve point by point, or a mesh.
 pub type Dome = Tagged<DomeKeys, DomeForm>;

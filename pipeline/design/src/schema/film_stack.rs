@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Silicone;
 use super::solids::SolidScatter;
-use crate::serde_arrays::List;
+use runtime::serde_arrays::List;
 
 /// `[[films]]`: one plate or film, the lowest first.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]

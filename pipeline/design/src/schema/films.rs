@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::serde_arrays::List;
+use runtime::serde_arrays::List;
 
 /// `[[dome.coating]]`, `[[mirror.coating]]`: one layer.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 use metrics::digits::shortest;
 use metrics::far_field::{BinPlacement, PeakMethod};
 
-use super::serde_arrays::List;
 use super::tagged::TaggedTable;
+use runtime::serde_arrays::List;
 
 pub mod dome;
 pub mod files;

@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 use tracer::receiver::{Facing, Sense};
 
 use super::is_default;
-use crate::serde_arrays::List;
 use crate::tagged::{Kinds, Tagged};
 use metrics::kinds::ReceiverKind;
+use runtime::serde_arrays::List;
 
 /// `[[receivers]]`.
 pub type Receiver = Tagged<ReceiverKeys, ReceiverForm>;

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::films::{Layer, Substrate};
 use super::{NoKeys, is_default};
-use crate::serde_arrays::List;
 use crate::tagged::{Kinds, Tagged};
+use runtime::serde_arrays::List;
 
 /// Laws of reflection; `S` are the keys of a specular surface.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]

@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::serde_arrays::List;
+use runtime::serde_arrays::List;
 
 /// A number at every wavelength.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]

@@ -13,8 +13,8 @@ use super::files::lobe_motion;
 use super::films::Layer;
 use super::reflectors::{Absorbing, Law, Metal, Reflectance, SpecularAndDiffuse};
 use super::{MeshUnit, NoKeys, Silicone, is_default};
-use crate::serde_arrays::List;
 use crate::tagged::{Kinds, Tagged};
+use runtime::serde_arrays::List;
 
 /// `[[solids]]`.
 pub type Solid = Tagged<SolidKeys, SolidForm>;

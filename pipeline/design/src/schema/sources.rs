@@ -5,8 +5,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Spectrum;
-use crate::serde_arrays::List;
 use crate::tagged::{Kinds, Tagged};
+use runtime::serde_arrays::List;
 
 /// `[[sources]]`.
 pub type Source = Tagged<SourceKeys, SourceForm>;

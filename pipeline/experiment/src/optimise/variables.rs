@@ -9,8 +9,8 @@ use anyhow::{Context, Result, bail, ensure};
 use design::Design;
 use design::dotted_keys::{self, Settings, bracketed, contains, number};
 use design::json_schema::{NumberKind, number_kind};
-use design::serde_arrays::List;
 use metrics::digits::shortest;
+use runtime::serde_arrays::List;
 
 use super::file::{Profile, VariableKeys};
 use super::heights;

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use design::dotted_keys::Settings;
 use design::json_schema::AnyValues;
-use design::serde_arrays::List;
+use runtime::serde_arrays::List;
 use simulate::model::Model;
 
 use crate::checked_file::FileKeys;

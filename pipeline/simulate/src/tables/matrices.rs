@@ -9,7 +9,7 @@ use rcwa::hemisphere::{Interface, Resolution, hemisphere_matrices};
 
 use runtime::run_context::RunContext;
 
-use super::{directions, side};
+use gratings::interface::{directions, side};
 
 /// Adds the matrices of all nodes to `table` of `interface`.
 ///

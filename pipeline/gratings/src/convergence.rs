@@ -17,11 +17,11 @@ use rcwa::hemisphere::{
 use rcwa::{Truncation, cost_model};
 use serde::Serialize;
 
+use crate::interface::interface;
 use geometry::Cell;
 use metrics::plural::count;
 use runtime::progress::Progress;
 use runtime::run_context::RunContext;
-use simulate::tables::interface;
 
 /// Strips of ky.
 const KY_STRIPS: usize = 4;
@@ -355,8 +355,7 @@ mod tests {
 
     #[test]
     fn plans_hold_what_is_asked_for_and_references_are_finer() {
-        let design = design::embedded("d1.toml").expect("valid");
-        let cell = simulate::cells::ring(&design, 75).expect("relief");
+        let cell = crate::cell_of_ring(75);
         let interface = interface(&cell, 0.55).expect("valid");
         let plan = SweepPlan::new(&interface, None, None).expect("a plan");
         assert_eq!(plan.orders[0], interface.highest_order());

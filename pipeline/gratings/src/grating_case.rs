@@ -26,9 +26,9 @@ use rcwa::relief::{Layer, Polygon, Relief, Segment};
 use runtime::bounded_text::{MAX_KEYS, bounded_text};
 use serde_json::Value;
 
-use design::serde_arrays::List;
-use design::tagged::names;
 use runtime::control_characters::refusal;
+use runtime::field_names::names;
+use runtime::serde_arrays::List;
 use runtime::serde_messages::key_text;
 use runtime::serde_messages::plain;
 

@@ -9,10 +9,10 @@ use anyhow::{Context, Result, ensure};
 use rcwa::field::{Field, Grid, Incident, Sample, field};
 use rcwa::{Bloch, Pol, Side, Truncation};
 
+use crate::interface::interface;
 use geometry::Cell;
 use metrics::quantity::{Axis, Quantity, Unit};
 use runtime::run_context::RunContext;
-use simulate::tables::interface;
 
 /// Points per wavelength in the densest medium.
 const POINTS_PER_WAVELENGTH: f64 = 20.0;
@@ -175,14 +175,12 @@ mod tests {
     use super::*;
 
     use runtime::interrupt::Interrupt;
-    use simulate::cells;
 
     const FRAME: NearFieldSettings =
         NearFieldSettings { periods: 1, margin_um: Some(0.3), orders: None, slices: Some(6) };
 
     fn cell() -> Cell {
-        let design = design::embedded("d1.toml").expect("valid");
-        cells::ring(&design, 15).expect("relief")
+        crate::cell_of_ring(15)
     }
 
     fn solved(wave: IncidentWave, frame: NearFieldSettings) -> Result<NearField> {

@@ -9,7 +9,7 @@ use anyhow::{Result, ensure};
 
 use design::Design;
 
-use crate::observation::layout;
+use simulate::observation::layout;
 
 /// Packages along a side of a traced array that stands for a larger one, at least: two packages
 /// away from the middle tell how the light falls off.

@@ -5,7 +5,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use design::serde_arrays::List;
+use runtime::serde_arrays::List;
 
 /// A grating case.
 #[derive(Debug, Deserialize, JsonSchema)]

@@ -13,7 +13,7 @@ use metrics::{Estimate, Grouped, JackknifedFigure};
 use super::Array;
 use super::panel::{figure, inside};
 use super::superposition::{Block, Piece, RowOfGroups, rows};
-use crate::trace::GROUPS;
+use simulate::trace::GROUPS;
 
 /// Bins of the map at full drive times groups, beyond which groups are merged for its extremes.
 const MAX_VALUES: usize = 20_000_000;

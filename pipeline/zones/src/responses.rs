@@ -15,11 +15,11 @@ use runtime::store::{Store, program_sha256};
 use super::map_receiver::MapReceiver;
 use super::places::Places;
 use super::superposition::{Block, Piece, Turn};
-use crate::model::Model;
-use crate::model_traces::ModelTraces;
-use crate::seeds;
-use crate::trace::GROUPS;
-use crate::trace_plan::DomeChoice;
+use simulate::model::Model;
+use simulate::model_traces::ModelTraces;
+use simulate::seeds;
+use simulate::trace::GROUPS;
+use simulate::trace_plan::DomeChoice;
 
 /// Folder of kept responses in the cache.
 const FOLDER: &str = "responses";

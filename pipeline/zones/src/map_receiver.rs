@@ -14,9 +14,9 @@ use metrics::illuminance::Symmetry;
 use metrics::quantity::Quantity;
 
 use super::places::Places;
-use crate::observation::{Observation, plane_grid};
-use crate::symmetry::symmetry;
-use crate::units::Units;
+use simulate::observation::{Observation, plane_grid};
+use simulate::symmetry::symmetry;
+use simulate::units::Units;
 
 /// Bins of a level rectangle.
 #[derive(Debug, Clone, Copy, PartialEq)]

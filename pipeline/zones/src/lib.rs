@@ -38,8 +38,8 @@ use self::places::Places;
 use self::reference::{Reference, sum_of};
 use self::responses::{Responses, direct};
 use self::superposition::{Block, Piece, Turn};
-use crate::model::Model;
-use crate::trace::GROUPS;
+use simulate::model::Model;
+use simulate::trace::GROUPS;
 
 /// Folder of kept references in the cache.
 const FOLDER: &str = "zones";

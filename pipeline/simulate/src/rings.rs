@@ -15,14 +15,15 @@ use rcwa::Truncation;
 use rcwa::cost_model::{self, Operations};
 use rcwa::hemisphere::Resolution;
 
+use crate::cells::{band_cells, by_ring, has_bands};
+use crate::tables::{Ring, cost, tables};
 use arrays::cache::Cache;
 use design::Design;
 use geometry::Cell;
+use gratings::interface::{directions, interface};
 use runtime::key::Key;
 use runtime::progress::Console;
 use runtime::run_context::RunContext;
-use simulate::cells::{band_cells, by_ring, has_bands};
-use simulate::tables::{Ring, cost, directions, interface, tables};
 
 /// A choice of rings.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -201,8 +202,8 @@ fn counted(cell: &Cell, table: &OrderTable) -> Result<Operations> {
 mod tests {
     use super::*;
 
+    use crate::cells;
     use geometry::profile::Shape;
-    use simulate::cells;
 
     fn design() -> Design {
         design::embedded("d1.toml").expect("valid")

@@ -309,8 +309,8 @@ fn a_missing_file_is_named() {
 fn every_reference_case_at_a_finite_number_of_orders_is_taken_as_it_stands() {
     let mut read = 0;
     for text in [
-        include_str!("../../../data/reference/published.json"),
-        include_str!("../../../data/reference/truncated.json"),
+        include_str!("../../../../data/reference/published.json"),
+        include_str!("../../../../data/reference/truncated.json"),
     ] {
         let file: Value = serde_json::from_str(text).unwrap();
         for reference in file["cases"].as_array().unwrap() {
