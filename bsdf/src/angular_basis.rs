@@ -340,7 +340,7 @@ pub fn square_to_disc([u, v]: [f64; 2]) -> [f64; 2] {
 }
 
 /// The direction above the point (x, y) of the unit disc.
-pub(crate) fn above([x, y]: [f64; 2]) -> DVec3 {
+pub fn above([x, y]: [f64; 2]) -> DVec3 {
     DVec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())
 }
 

@@ -154,12 +154,12 @@ pub fn spherical(theta: f64, phi: f64) -> DVec3 {
 }
 
 /// Specular reflection at the plane z = 0; light goes back from a direction along the other.
-pub(crate) fn mirrored(direction: DVec3) -> DVec3 {
+pub fn mirrored(direction: DVec3) -> DVec3 {
     DVec3::new(-direction.x, -direction.y, direction.z)
 }
 
 /// Point k of n evenly spread points of the unit square (golden-ratio sequence).
-pub(crate) fn lattice_point(k: usize, n: usize) -> [f64; 2] {
+pub fn lattice_point(k: usize, n: usize) -> [f64; 2] {
     [(k as f64 + 0.5) / n as f64, (0.5 + k as f64 * 0.618_033_988_749_895).fract()]
 }
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Errors of this crate: one variant a cause, each with the expectation and the value found.
 
-use std::fmt;
-
 /// Invalid input of this crate.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -188,9 +186,6 @@ pub enum Error {
     /// An invalid JSON header.
     #[error("table header is not valid: {0}")]
     Json(serde_json::Error),
-    /// A file of another program that violates its format.
-    #[error(transparent)]
-    Format(#[from] FormatError),
     /// An invalid table of measured scattering.
     #[error("measured scattering: {0}")]
     Measured(String),
@@ -230,47 +225,5 @@ impl Error {
     /// `value` if it lies between 0 and 1.
     pub(crate) fn check_fraction(name: &'static str, value: f64) -> Result<f64, Self> {
         if (0.0..=1.0).contains(&value) { Ok(value) } else { Err(Self::Fraction { name, value }) }
-    }
-}
-
-/// Position in a file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Position {
-    /// Line of a text, from 1.
-    Line(usize),
-    /// Byte from the beginning, from 0.
-    Offset(u64),
-}
-
-impl fmt::Display for Position {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Line(line) => write!(f, "line {line}"),
-            Self::Offset(offset) => write!(f, "offset {offset}"),
-        }
-    }
-}
-
-/// A violation of a file format.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{at}: expected {expected}, got {got}")]
-pub struct FormatError {
-    /// Position.
-    pub at: Position,
-    /// Content that the format expects.
-    pub expected: String,
-    /// Content of the file.
-    pub got: String,
-}
-
-impl FormatError {
-    /// At a line of a text.
-    pub fn line(line: usize, expected: impl Into<String>, got: impl Into<String>) -> Self {
-        Self { at: Position::Line(line), expected: expected.into(), got: got.into() }
-    }
-
-    /// At a byte of a file.
-    pub fn offset(offset: u64, expected: impl Into<String>, got: impl Into<String>) -> Self {
-        Self { at: Position::Offset(offset), expected: expected.into(), got: got.into() }
     }
 }

@@ -68,12 +68,11 @@
 pub mod analytic;
 pub mod angular_basis;
 mod bsdf;
-pub mod convert;
 pub mod direction;
 mod error;
-pub mod formats;
 pub mod json;
 pub mod measured;
+pub mod native;
 pub mod order_table;
 pub mod ray_optics;
 pub mod stokes;
@@ -87,8 +86,8 @@ pub use analytic::{
     SmoothInterface,
 };
 pub use bsdf::{
-    Albedo, Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, PolarisedBsdf, Transport,
-    s_axis,
+    Albedo, Bsdf, BsdfSample, GAIN_TOLERANCE, Lobe, LobeKind, OutgoingLobe, Polarisation,
+    PolarisedBsdf, Transport, s_axis,
 };
 pub use direction::Side;
 pub use error::Error;

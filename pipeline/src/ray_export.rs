@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use tracer::formats::rays::RayRecord;
+use tracer::RayRecord;
 use tracer::{Control, run_rays};
 
 use design::Design;

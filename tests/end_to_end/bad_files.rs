@@ -11,7 +11,7 @@ use crate::support::runs::{interrupted, partial};
 use batwing_tests::tables::{on_silicone, order_table, resolution};
 use batwing_tests::{read, workspace};
 use bsdf::Grid;
-use bsdf::formats::native;
+use bsdf::native;
 use num_complex::Complex64;
 use rcwa::relief::Relief;
 

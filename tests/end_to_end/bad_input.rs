@@ -8,7 +8,7 @@
 use std::path::{Path, PathBuf};
 
 use bsdf::Grid;
-use bsdf::formats::native;
+use bsdf::native;
 use tempfile::{TempDir, tempdir};
 
 use batwing_tests::bad_input::{Case, good, json_cases, toml_cases};

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use crate::support::binary::batwing;
 use crate::support::runs::{changed, contents, files, interrupted, partial};
 use batwing_tests::bad_input::good;
-use bsdf::formats::native;
+use bsdf::native;
 use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 

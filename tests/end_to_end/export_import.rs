@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::support::binary::{batwing, json};
 use batwing_tests::{read, tables::smooth};
-use bsdf::formats::native;
+use bsdf::native;
 use bsdf::{Grid, OrderTable};
 
 fn table() -> OrderTable {

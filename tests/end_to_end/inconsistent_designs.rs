@@ -6,9 +6,9 @@
 use std::fs::File;
 use std::path::Path;
 
+use formats::lighttools_rays::layout as lighttools_rays;
 use tempfile::tempdir;
-use tracer::formats::lighttools_rays;
-use tracer::formats::rays::RayRecord;
+use tracer::RayRecord;
 
 use formats::stl;
 use simulate::bodies::bodies;

@@ -12,7 +12,7 @@ use crate::support::runs::{
     MODELS, changed, check_files, check_model, contents, estimate, files, interrupted, partial,
     results, run_small, small,
 };
-use bsdf::formats::native;
+use bsdf::native;
 use serde_json::Value;
 use tempfile::tempdir;
 

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use bsdf::Grid;
-use bsdf::formats::native;
+use bsdf::native;
 use tempfile::tempdir;
 
 use batwing_tests::tables::smooth;

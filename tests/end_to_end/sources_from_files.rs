@@ -9,10 +9,13 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use bsdf::Grid;
-use bsdf::formats::native;
+use bsdf::native;
+use formats::eulumdat::layout as eulumdat;
+use formats::ies::layout as ies;
+use formats::lighttools_rays::layout as lighttools_rays;
+use formats::tm25::layout as tm25;
 use serde_json::Value;
-use tracer::formats::rays::RayRecord;
-use tracer::formats::{eulumdat, ies, lighttools_rays, tm25};
+use tracer::RayRecord;
 use tracer::glam::DVec3;
 use tracer::{Distribution, random};
 

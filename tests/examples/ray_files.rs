@@ -9,8 +9,10 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use batwing_tests::fuzz::peak_megabytes;
-use tracer::formats::rays::{RayFileError, RayRecord};
-use tracer::formats::{lighttools_rays, tm25};
+use formats::lighttools_rays::layout as lighttools_rays;
+use formats::rays::RayFileError;
+use formats::tm25::layout as tm25;
+use tracer::RayRecord;
 use tracer::random;
 
 fn rays(count: u64) -> impl Iterator<Item = RayRecord> {

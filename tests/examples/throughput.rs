@@ -68,7 +68,7 @@ fn hybrid(folder: &Path) -> Result<Dome, Box<dyn std::error::Error>> {
     files.sort();
     let mut zones = Vec::new();
     for (band, file) in files.iter().enumerate() {
-        let table = bsdf::formats::native::read(std::fs::File::open(file)?)?;
+        let table = bsdf::native::read(std::fs::File::open(file)?)?;
         let table: Arc<dyn Bsdf> = Arc::new(table);
         let outer = CAP.rim * (band + 1) as f64 / files.len() as f64;
         zones.push((outer, Patch::new("dome", SurfaceModel::Scatter(table))));

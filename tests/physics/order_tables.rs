@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 use bsdf::direction::Wavevector;
-use bsdf::formats::native;
+use bsdf::native;
 use bsdf::validate::{self, InterpolationReport};
 use bsdf::{Grid, OrderEfficiency, OrderTable, Polarisation, Side};
 use num_complex::Complex64;

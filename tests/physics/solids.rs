@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use bsdf::Grid;
-use bsdf::formats::native;
+use bsdf::native;
 use tempfile::tempdir;
 
 use batwing_tests::judgement::{PATHS, account, alike, close};

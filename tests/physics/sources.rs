@@ -6,8 +6,8 @@
 use std::fs::File;
 use std::path::Path;
 
-use tracer::formats::lighttools_rays;
-use tracer::formats::rays::RayRecord;
+use formats::lighttools_rays::layout as lighttools_rays;
+use tracer::RayRecord;
 
 use design::Design;
 use metrics::{Estimate, jackknife};

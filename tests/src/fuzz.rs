@@ -11,14 +11,24 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use bsdf::direction::spherical;
-use bsdf::formats::text::utf8;
-use bsdf::formats::{lighttools, native, order_json, speos, window, zemax};
-use bsdf::{Bsdf, LobeMotion, Side, convert};
+use bsdf::{Bsdf, LobeMotion, Side, native};
+use formats::eulumdat::layout as eulumdat;
+use formats::fields::photometric_text;
+use formats::ies::layout as ies;
+use formats::lighttools::{convert::from_lighttools, layout as lighttools};
+use formats::lighttools_rays::layout as lighttools_rays;
+use formats::order_json::layout as order_json;
+use formats::speos::{convert::from_speos, layout as speos};
+use formats::speos_rays::layout as speos_rays;
+use formats::text::utf8;
+use formats::text_rays;
+use formats::tm25::layout as tm25;
+use formats::tm33::layout as tm33;
+use formats::window::{convert::from_window, layout as window};
+use formats::zemax::{convert::from_zemax, layout as zemax};
+use formats::zemax_rays::layout as zemax_rays;
 use sha2::{Digest, Sha256};
-use tracer::formats::rays::RayRecord;
-use tracer::formats::{
-    eulumdat, ies, lighttools_rays, photometric_text, speos_rays, text_rays, tm25, tm33, zemax_rays,
-};
+use tracer::RayRecord;
 use tracer::{Distribution, random};
 
 use arrays::npy;
@@ -137,7 +147,7 @@ fn rays(mut next: impl FnMut() -> Option<RayRecord>) -> bool {
 fn read_speos(bytes: &[u8]) -> bool {
     speos::read(bytes).is_ok_and(|file| {
         let files = [(Side::Outer, &file)];
-        used(convert::from_speos(&files, [1.41, 1.0], LobeMotion::Shifted))
+        used(from_speos(&files, [1.41, 1.0], LobeMotion::Shifted))
     })
 }
 
@@ -151,26 +161,21 @@ pub fn targets() -> Vec<Target> {
         target("zemax", corpus(".zemax.bsdf"), |bytes| {
             utf8(bytes).is_ok_and(|text| {
                 zemax::read(text).is_ok_and(|file| {
-                    used(convert::from_zemax(
-                        &[(Side::Outer, &file)],
-                        [1.41, 1.0],
-                        LobeMotion::Shifted,
-                    ))
+                    used(from_zemax(&[(Side::Outer, &file)], [1.41, 1.0], LobeMotion::Shifted))
                 })
             })
         }),
         target("lighttools", corpus(".lighttools.bsdf"), |bytes| {
             utf8(bytes).is_ok_and(|text| {
                 lighttools::read(text).is_ok_and(|file| {
-                    used(convert::from_lighttools(&file, [1.41, 1.0], LobeMotion::Shifted))
+                    used(from_lighttools(&file, [1.41, 1.0], LobeMotion::Shifted))
                 })
             })
         }),
         target("window", corpus(".xml"), |bytes| {
             utf8(bytes).is_ok_and(|text| {
-                window::read(text).is_ok_and(|file| {
-                    used(convert::from_window(&file, [1.41, 1.0], LobeMotion::Fixed))
-                })
+                window::read(text)
+                    .is_ok_and(|file| used(from_window(&file, [1.41, 1.0], LobeMotion::Fixed)))
             })
         }),
         Target {

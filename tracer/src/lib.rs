@@ -55,7 +55,6 @@ mod batch;
 pub mod checkpoint;
 mod conversion;
 pub mod error;
-pub mod formats;
 pub mod housing;
 pub mod ledger;
 pub mod observer;

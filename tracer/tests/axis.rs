@@ -10,7 +10,7 @@ use bsdf::Side;
 use rand_pcg::Pcg64;
 
 use crate::common::*;
-use tracer::formats::rays::RayRecord;
+use tracer::RayRecord;
 use tracer::glam::DVec3;
 use tracer::random::{stream, unit};
 use tracer::shape::{Bend, Element, Reach, Sides};

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use crate::common::*;
-use tracer::formats::rays::RayRecord;
+use tracer::RayRecord;
 use tracer::glam::DVec3;
 use tracer::{
     Dome, Emission, Emitter, Error, Medium, Prototype, RaySet, Region, Scene, SceneBuilder, Shape,

@@ -6,5 +6,3 @@ mod checkpoints;
 mod common;
 mod coplanar;
 mod detectors;
-mod formats;
-mod ray_files;

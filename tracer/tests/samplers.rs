@@ -11,7 +11,7 @@
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
-use tracer::formats::rays::RayRecord;
+use tracer::RayRecord;
 use tracer::glam::DVec3;
 use tracer::random::{isotropic, stream, unit};
 use tracer::{Distribution, Emission, Emitter, RaySet, Region, Source};

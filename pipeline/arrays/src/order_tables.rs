@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use bsdf::OrderTable;
-use bsdf::formats::native;
+use bsdf::native;
 use runtime::atomic_file;
 use runtime::bounded_text::open;
 

@@ -4,12 +4,12 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::fields::photometric_text;
 use anyhow::{Context, Result, bail};
 use bsdf::measured::ScatterTable;
 use bsdf::{Bsdf, LobeMotion, MeasuredBsdf, OrderTable, Side, Transport};
 use serde_json::{Value, json};
 use tracer::Distribution;
-use tracer::formats::photometric_text;
 
 use metrics::plural::count;
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Far field as EULUMDAT.
 
+pub mod layout;
+
 use anyhow::Result;
 use tracer::Distribution;
-use tracer::formats::eulumdat as layout;
 
 use super::content::FarField;
 use super::photometry::{Labels, Photometry};

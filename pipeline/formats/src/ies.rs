@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Far field as IES LM-63.
 
+pub mod layout;
+
 use tracer::Distribution;
-use tracer::formats::ies as layout;
 
 use super::content::FarField;
 use super::photometry::{Labels, Photometry};

@@ -3,8 +3,8 @@
 //!
 //! `batwing import`, `batwing export`, the recognising of files, their messages and the table in
 //! `docs/reference/formats.md` read [`READERS`] and [`WRITERS`]. A new format is one module with a
-//! `READER`, a `WRITER` or both, and its lines in these lists. Layouts of scattering tables live in
-//! `bsdf::formats`, those of far fields and rays in `tracer::formats`.
+//! `READER`, a `WRITER` or both, and its lines in these lists; `layout` in it reads and writes the text or the
+//! stream, `convert` turns scattering tables into those of the file.
 //!
 //! | modules | hold |
 //! |---|---|
@@ -15,6 +15,7 @@
 //! | [`step`], [`stl`], [`obj`], [`dxf`], [`svg`] | bodies and meridians |
 //! | [`sniff`], [`content`] | recognising, reading and describing of any of them |
 //! | [`tables`], [`scattering`] | scattering written, and scattering as a surface |
+//! | [`text`], [`fields`], [`convert`], [`rays`], [`text_rays`] | places in texts, numbers, cells and rays that layouts share |
 //! | [`photometry`], [`bin_entries`], [`ray_files`], [`body`], [`mesh`] | parts that formats share |
 //! | [`level_image`] | levels from 0 to 1 as text or PNG |
 
@@ -38,8 +39,10 @@ use tables::{CellTable, Written};
 pub mod bin_entries;
 pub mod body;
 pub mod content;
+pub mod convert;
 pub mod dxf;
 pub mod eulumdat;
+pub mod fields;
 pub mod ies;
 pub mod level_image;
 pub mod lighttools;
@@ -51,6 +54,7 @@ pub mod obj;
 pub mod order_json;
 pub mod photometry;
 pub mod ray_files;
+pub mod rays;
 pub mod scattering;
 pub mod sniff;
 pub mod speos;
@@ -59,6 +63,8 @@ pub mod step;
 pub mod stl;
 pub mod svg;
 pub mod tables;
+pub mod text;
+pub mod text_rays;
 pub mod tm25;
 pub mod tm33;
 pub mod window;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! LightTools BSDF as text.
 
+pub mod convert;
+pub mod layout;
+
 use std::path::Path;
 
+use crate::text::utf8;
 use anyhow::Result;
-use bsdf::convert;
-use bsdf::formats::lighttools as layout;
-use bsdf::formats::text::utf8;
 
 use super::content::ScatterFile;
 use super::sniff::Sniff;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rays in the two formats of LightTools, binary and text.
 
+pub mod layout;
+
 use std::io::Read;
 use std::path::Path;
 
+use crate::rays::RayColumns;
+use crate::text_rays;
 use anyhow::Result;
-use tracer::formats::rays::RayColumns;
-use tracer::formats::{lighttools_rays as layout, text_rays};
 
 use super::ray_files::{
     Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, unit,

@@ -55,8 +55,8 @@ struct About {
 pub fn write(table: &OrderTable, file: &mut (impl Write + Seek)) -> Result<()> {
     let grid = table.grid();
     let about = About {
-        format: bsdf::formats::order_json::NAME.to_owned(),
-        version: bsdf::formats::order_json::VERSION,
+        format: crate::order_json::layout::NAME.to_owned(),
+        version: crate::order_json::layout::VERSION,
         header: table.header().clone(),
         grid: grid.clone(),
     };
@@ -148,7 +148,7 @@ pub fn read(file: impl Read + Seek) -> Result<OrderTable> {
     let mut npz = Members(archive);
     let about: About = serde_json::from_slice(&npz.array::<u8>("header", MAX_TEXT)?)
         .context("array `header`: expected a JSON text")?;
-    let (name, version) = (bsdf::formats::order_json::NAME, bsdf::formats::order_json::VERSION);
+    let (name, version) = (crate::order_json::layout::NAME, crate::order_json::layout::VERSION);
     ensure!(
         about.format == name && about.version == version,
         "array `header`: expected {name} version {version}, got {} version {}",

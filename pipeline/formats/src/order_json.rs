@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Table of diffraction orders as JSON.
 
-use bsdf::formats::order_json as layout;
-use bsdf::formats::text::utf8;
+pub mod layout;
+
+use crate::text::utf8;
 
 use super::sniff::Sniff;
 use super::{Reader, Reads, Writer, Writes};

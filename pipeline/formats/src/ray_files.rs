@@ -5,9 +5,9 @@
 use std::io::Read;
 use std::path::Path;
 
+use crate::rays::RayRecord;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
-use tracer::formats::rays::RayRecord;
 use tracer::random;
 
 use metrics::plural::count;

@@ -4,9 +4,9 @@
 use std::io::Read;
 use std::path::Path;
 
+use crate::fields::photometric_text;
+use crate::text::utf8;
 use anyhow::{Context, Result};
-use bsdf::formats::text::utf8;
-use tracer::formats::photometric_text;
 
 use runtime::bounded_text::open;
 

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Speos BSDF as text: two files, for both sides.
 
+pub mod convert;
+pub mod layout;
+
 use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
-use bsdf::formats::speos as layout;
-use bsdf::{Side, convert};
+use bsdf::Side;
 
 use super::content::ScatterFile;
 use super::sniff::Sniff;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rays in the binary format of Speos.
 
+pub mod layout;
+
 use std::io::Read;
 use std::path::Path;
 
 use anyhow::Result;
 use metrics::photopic;
-use tracer::formats::speos_rays as layout;
 
 use super::ray_files::{
     Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, unit,

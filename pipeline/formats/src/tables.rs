@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use bsdf::convert::{Resolution, Smearing};
+use crate::convert::{Resolution, Smearing};
 use bsdf::{Bsdf, Transport};
 use serde_json::{Value, json};
 

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rays as IES TM-25.
 
+pub mod layout;
+
 use std::io::Read;
 use std::path::Path;
 
 use anyhow::Result;
-use tracer::formats::tm25 as layout;
 
 use super::ray_files::{
     Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, unit,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Far field in the XML of TM-33 and ATLA S001.
 
-use tracer::formats::tm33 as layout;
+pub mod layout;
 
 use super::sniff::Sniff;
 use super::{Reader, Reads, ies};

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! XML of WINDOW and Radiance, on the Klems basis or with tensor trees.
 
+pub mod convert;
+pub mod layout;
+
 use std::path::Path;
 
+use crate::convert::Smearing;
+use crate::text::utf8;
 use anyhow::Result;
-use bsdf::convert::{self, Smearing};
-use bsdf::formats::text::utf8;
-use bsdf::formats::window as layout;
 
 use super::content::ScatterFile;
 use super::sniff::Sniff;

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Zemax tabular BSDF: four files, for both sides and types.
 
+pub mod convert;
+pub mod layout;
+
 use std::path::{Path, PathBuf};
 
+use crate::text::{Tokens, scatter_type, utf8};
 use anyhow::Result;
-use bsdf::formats::text::{Tokens, scatter_type, utf8};
-use bsdf::formats::zemax as layout;
-use bsdf::{Side, Transport, convert};
+use bsdf::{Side, Transport};
 
 use super::content::ScatterFile;
 use super::sniff::Sniff;

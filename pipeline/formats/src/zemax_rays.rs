@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Rays in the two formats of Zemax, binary and text.
 
+pub mod layout;
+
 use std::io::Read;
 use std::path::Path;
 
+use crate::text_rays;
 use anyhow::{Result, ensure};
-use tracer::formats::{text_rays, zemax_rays as layout};
 
 use super::ray_files::{
     Fill, FluxRule, HeaderWavelengths, RayFormat, RayHeader, RayMetadata, Take, unit,

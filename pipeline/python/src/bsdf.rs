@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, anyhow, bail};
-use bsdf::convert::Resolution;
-use bsdf::formats::native;
+use bsdf::native;
 use bsdf::{
     Bsdf, Grid, LobeKind, LobeMotion, OrderTable, Polarisation, Side, TableHeader, Transport,
 };
+use formats::convert::Resolution;
 use glam::DVec3;
 use numpy::{PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
-use tracer::formats::rays::RayRecord;
+use tracer::RayRecord;
 
 use formats::ray_files::{self, HeaderWavelengths, RayMetadata};
 use formats::{Holds, Writes, words};

@@ -6,9 +6,9 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use anyhow::{Result, bail, ensure};
-use bsdf::convert::Resolution;
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
+use formats::convert::Resolution;
 use serde_json::{Value, json};
 
 use formats::tables::{self, Fineness, Written};

@@ -12,8 +12,8 @@ use tracer::glam::DVec3;
 use tracer::package::ground;
 use tracer::shape::{Element, Mesh};
 use tracer::{
-    Cap, Detector, Dome, Emission, Emitter, FarField, LedBox, Medium, Meridian, Outcome, Package,
-    Patch, Prototype, PrototypeId, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source,
+    Cap, Detector, Dome, Emission, Emitter, LedBox, Medium, Meridian, Outcome, Package, Patch,
+    Prototype, PrototypeId, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source,
     Surface, SurfaceModel, run,
 };
 
@@ -271,16 +271,6 @@ pub fn teeth(steps: usize, inner: f64, outer: f64) -> Meridian {
         })
         .collect();
     Meridian::new(&elements).unwrap()
-}
-
-/// Power by direction, in bins of 10 by 30 degrees, of a point source in air, of 200 000 paths.
-pub fn source_power_by_direction(emission: Emission) -> Vec<f64> {
-    let far = FarField::new(10.0, 30.0).unwrap();
-    let mut scene = SceneBuilder::new(Medium::air());
-    let source = Source::new("s", DVec3::ZERO, Region::World, Emitter::Point, emission);
-    scene.source(source);
-    let outcome = run(&scene.build().unwrap(), &[&far], &Settings::new(200_000, 3)).unwrap();
-    outcome.total.readings[0].clone()
 }
 
 /// The black inside of a sphere about the origin, in twenty zones of equal area, "zone 0" highest.

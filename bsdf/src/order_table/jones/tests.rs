@@ -4,7 +4,7 @@
 use super::*;
 use crate::bsdf::{LobeKind, Polarisation, s_axis};
 use crate::direction::spherical;
-use crate::formats::native;
+use crate::native;
 use crate::order_table::tests::memory;
 use crate::tests::chi_square::sidak_level;
 use crate::{EfficiencyRow, Grid, OrderEfficiency, TableHeader};

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail, ensure};
 use bsdf::Bsdf;
 use tracer::Distribution;
-use tracer::formats::rays::RayRecord;
+use tracer::RayRecord;
 
 use formats::content::{self, Content};
 use formats::ray_files::{self, RayLight};

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use tracer::formats::rays::RayRecord;
+use tracer::RayRecord;
 use tracer::{Distribution, Emission, RaySet};
 
 use ::formats::content::{self, Content};

@@ -10,8 +10,8 @@
 use std::sync::Arc;
 
 use serde::Serialize;
+use tracer::RayRecord;
 use tracer::RaySet;
-use tracer::formats::rays::RayRecord;
 
 use metrics::photopic;
 use metrics::plural::count;
