@@ -16,8 +16,8 @@
 //! | [`Diffuser`] | stated shares by the cosine law or in Gaussian lobes |
 //! | [`Polariser`] | sheets with shares of two axes by the angle |
 //!
-//! [`formats`] reads and writes files, [`convert`] turns a BSDF into the tables of other programs,
-//! and [`validate`] checks energy, reciprocity and interpolation. Axes, sides, signs and units are
+//! [`native`] reads and writes files of tables, and [`validate`] checks energy, reciprocity and
+//! interpolation. Axes, sides, signs and units are
 //! those of `docs/explanation/conventions.md`.
 //!
 //! The example builds a table from rows, samples it at one incidence, and compares the mean with

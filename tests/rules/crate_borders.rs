@@ -1,132 +1,74 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Rules of the workspace: dependencies between crates, pinned versions, shared lints, no unsafe
-//! code, no files, clock or printing in libraries, file lengths, licence lines.
+//! Rules of the workspace: what crates do without, shared lints, no unsafe code, no files, clock or printing
+//! in libraries, file lengths, licence lines.
 //!
 //! Source: the table of crates in `docs/explanation/architecture.md`; manifests and sources of this
-//! workspace. Each checker is first shown a made-up offence.
+//! workspace.
 
-use batwing_tests::{crate_dependencies, read, source_scan, workspace};
-use std::collections::BTreeMap;
+use batwing_tests::{read, source_scan, workspace};
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use toml::Table;
+use toml::{Table, Value};
 
 fn manifest(path: &str) -> Table {
     read(path).parse().unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 
-fn members() -> Vec<Table> {
-    crate_dependencies::ALLOWED
-        .iter()
-        .map(|(folder, ..)| manifest(&format!("{folder}/Cargo.toml")))
-        .collect()
-}
-
-fn made_up(text: &str) -> Table {
-    text.parse().expect("valid TOML")
-}
-
-#[test]
-fn forbidden_arrows_are_found() {
-    let workspace = manifest("Cargo.toml");
-    for (text, offence) in [
-        (
-            "[package]\nname = 'batwing-rcwa'\n[dependencies]\nbsdf.workspace = true",
-            "batwing-rcwa: dependencies must not name batwing-bsdf",
-        ),
-        (
-            "[package]\nname = 'batwing-tracer'\n[dev-dependencies]\nrcwa = { workspace = true }",
-            "batwing-tracer: dev-dependencies must not name batwing-rcwa",
-        ),
-        (
-            "[package]\nname = 'batwing-bsdf'\n[build-dependencies]\nrays = { path = '../tracer' }",
-            "batwing-bsdf: build-dependencies must not name batwing-tracer",
-        ),
-        (
-            "[package]\nname = 'batwing-bsdf'\n[target.'cfg(unix)'.dependencies]\nx = { package = 'batwing', version = '1' }",
-            "batwing-bsdf: target.cfg(unix).dependencies must not name batwing",
-        ),
-        (
-            "[package]\nname = 'batwing'\n[dependencies]\nx = { path = '../tests/' }",
-            "batwing: dependencies must not name batwing-tests",
-        ),
-        ("[package]\nname = 'batwing-new'", "batwing-new: is in no row of the table of crates"),
-    ] {
-        assert_eq!(crate_dependencies::forbidden(&made_up(text), &workspace), [offence], "{text}");
-    }
-    let allowed = "[package]\nname = 'batwing-tracer'\n[dependencies]\nbsdf.workspace = true\nglam.workspace = true";
-    assert!(crate_dependencies::forbidden(&made_up(allowed), &workspace).is_empty());
-    let for_tests = "[package]\nname = 'batwing'\n[dev-dependencies]\nx = { path = '../tests/' }";
-    assert!(crate_dependencies::forbidden(&made_up(for_tests), &workspace).is_empty());
-}
-
-#[test]
-fn dependency_arrows_keep_to_the_table() {
+/// Folders and manifests of the members of the workspace.
+pub fn members() -> Vec<(String, Table)> {
     let workspace = manifest("Cargo.toml");
     let listed = workspace["workspace"]["members"].as_array().expect("a list of members");
-    assert_eq!(
-        listed.len(),
-        crate_dependencies::ALLOWED.len(),
-        "members of the workspace and rows of the table"
-    );
-    let members = members();
-    for ((folder, package, ..), member) in crate_dependencies::ALLOWED.iter().zip(&members) {
-        assert_eq!(crate_dependencies::name(member), *package, "{folder}");
-        let lib = member["lib"]["name"].as_str().expect("a library");
-        let last = folder.rsplit('/').next().expect("a name");
-        let expected = if *folder == crate_dependencies::PYTHON { "native" } else { last };
-        assert_eq!(lib.trim_start_matches("batwing_"), expected);
+    let folders = listed.iter().filter_map(Value::as_str);
+    folders.map(|at| (at.to_owned(), manifest(&format!("{at}/Cargo.toml")))).collect()
+}
+
+/// Libraries of ours that `library` needs, through others too.
+fn needs(library: &str) -> BTreeSet<String> {
+    let libraries: BTreeMap<String, Table> = members()
+        .into_iter()
+        .map(|(folder, member)| (folder.rsplit('/').next().expect("a name").to_owned(), member))
+        .collect();
+    let (mut found, mut open) = (BTreeSet::new(), vec![library.to_owned()]);
+    while let Some(next) = open.pop() {
+        let named = libraries[&next].get("dependencies").and_then(Value::as_table);
+        let ours = named.into_iter().flatten().map(|(key, _)| key);
+        for key in ours.filter(|key| libraries.contains_key(*key)) {
+            if found.insert(key.clone()) {
+                open.push(key.clone());
+            }
+        }
     }
-    let broken: Vec<String> =
-        members.iter().flat_map(|m| crate_dependencies::forbidden(m, &workspace)).collect();
-    assert!(broken.is_empty(), "{broken:#?}");
+    found
+}
+
+/// A change of the solver or of the tracer builds none of these anew.
+#[test]
+fn pictures_figures_and_searches_need_neither_solver_nor_tracer() {
+    assert!(needs("simulate").is_superset(&["rcwa", "tracer", "bsdf"].map(str::to_owned).into()));
+    for library in ["rcwa", "bsdf", "runtime", "search", "metrics", "geometry", "full_wave"] {
+        assert!(needs(library).is_empty(), "{library}: {:?}", needs(library));
+    }
+    assert_eq!(needs("tracer"), BTreeSet::from(["bsdf".to_owned()]));
+    for library in ["results", "report"] {
+        let found = needs(library);
+        assert!(!found.contains("rcwa") && !found.contains("tracer"), "{library}: {found:?}");
+    }
 }
 
 #[test]
-fn loose_versions_are_found() {
-    let lock = made_up(
-        "[[package]]\nname = 'a'\nversion = '1.2.3'\n[[package]]\nname = 'real'\nversion = '0.4.0'",
-    );
-    let workspace = made_up(
-        "[workspace.dependencies]\na = '1'\nb = '=1.2.3'\nc = '*'\nd = { git = 'https://example.org' }\n\
-         e = { version = '>=1, <3' }\nf = { package = 'real', version = '=0.4.0' }\nours = { path = 'rcwa' }",
-    );
-    assert_eq!(
-        crate_dependencies::unpinned(&workspace, &lock),
-        [
-            "b: the lock file has no version =1.2.3",
-            "c: `*` is no version but a range",
-            "d: has no version",
-            "e: `>=1, <3` is no version but a range",
-        ]
-    );
-    let own = made_up("[package]\nname = 'batwing-bsdf'\n[dependencies]\nglam = '0.34'");
-    assert_eq!(
-        crate_dependencies::not_inherited(&own, &workspace),
-        [
-            "batwing-bsdf: dependencies of glam is not the workspace's",
-            "batwing-bsdf: lints are not the workspace's"
-        ]
-    );
-}
-
-#[test]
-fn versions_are_pinned_and_lints_shared() {
+fn lints_are_shared_and_plain_commands_take_all_but_the_python_package() {
     let workspace = manifest("Cargo.toml");
-    let loose = crate_dependencies::unpinned(&workspace, &manifest("Cargo.lock"));
-    assert!(loose.is_empty(), "{loose:#?}");
-    let ignored = read(".gitignore");
-    assert!(!ignored.lines().any(|l| l.contains("Cargo.lock")), "the lock file is kept");
-    let own: Vec<String> =
-        members().iter().flat_map(|m| crate_dependencies::not_inherited(m, &workspace)).collect();
-    assert!(own.is_empty(), "{own:#?}");
+    for (folder, member) in members() {
+        let shared = member.get("lints").and_then(|lints| lints.get("workspace"));
+        assert_eq!(shared.and_then(Value::as_bool), Some(true), "{folder}");
+    }
     let unsafe_code = workspace["workspace"]["lints"]["rust"]["unsafe_code"].as_str();
     assert!(matches!(unsafe_code, Some("deny" | "forbid")));
-    // Plain `cargo test` and `cargo run` select every member that needs no Python.
     let list = |key: &str| {
         let list = workspace["workspace"][key].as_array();
-        let names = list.expect("a list").iter().filter_map(|name| name.as_str());
-        names.filter(|name| *name != crate_dependencies::PYTHON).collect::<Vec<_>>()
+        let names = list.expect("a list").iter().filter_map(Value::as_str);
+        names.filter(|name| *name != "pipeline/python").collect::<Vec<_>>()
     };
     assert_eq!(list("default-members"), list("members"));
 }
@@ -172,10 +114,10 @@ fn idle_files_of_tests_are_found() {
 #[test]
 fn every_file_of_tests_belongs_to_a_program() {
     let mut roots: BTreeMap<PathBuf, Vec<(String, String)>> = BTreeMap::new();
-    for ((folder, ..), member) in crate_dependencies::ALLOWED.iter().zip(members()) {
-        let programs = member.get("test").and_then(toml::Value::as_array);
+    for (folder, member) in members() {
+        let programs = member.get("test").and_then(Value::as_array);
         for program in programs.into_iter().flatten() {
-            let path = Path::new(folder).join(program["path"].as_str().expect("a path"));
+            let path = Path::new(&folder).join(program["path"].as_str().expect("a path"));
             let name = path.file_stem().expect("a name").to_string_lossy();
             let at = workspace().join(path.parent().expect("a folder"));
             let at = at.canonicalize().expect("a folder");
@@ -205,7 +147,7 @@ fn every_file_of_tests_belongs_to_a_program() {
 
 #[test]
 fn files_are_of_a_readable_length_and_name_their_licence() {
-    for (folder, ..) in crate_dependencies::ALLOWED {
+    for (folder, _) in members() {
         for path in source_scan::rust_files(&workspace().join(folder)) {
             let text = std::fs::read_to_string(&path).expect("a readable file");
             let code = |line: &&str| !line.trim().is_empty() && !line.trim().starts_with("//");

@@ -8,7 +8,6 @@
 
 pub mod bad_input;
 pub mod boundary_integral;
-pub mod crate_dependencies;
 pub mod fuzz;
 pub mod judgement;
 pub mod ray_files;

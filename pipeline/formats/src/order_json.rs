@@ -13,7 +13,7 @@ pub static READER: Reader = Reader {
     name: "a table of orders as JSON",
     endings: &["json"],
     sniff: Sniff::Markup(|text| text.starts_with('{') && text.contains(layout::NAME)),
-    reads: Reads::Orders(|bytes| Ok(layout::read(utf8(bytes)?)?)),
+    reads: Reads::Orders(|bytes| layout::read(utf8(bytes)?)),
 };
 
 /// Writes the format.
