@@ -154,22 +154,26 @@ def picture(rows, file):
     rows = [row for row in rows if not row["offset_mm"] and all(row[f"{model}_2.5_deg"] != "" for model in MODELS)]
     marks = panel([row for row in rows if row["rings"] == 8], 70, "8 rings a side",
                   "ring width / wavelength", (3, 45), (4, 6, 10, 18, 36), lambda row: row["width_um"] / WAVELENGTH_UM)
-    for left, width_um in ((430, 2), (790, 10)):
-        marks += panel([row for row in rows if row["width_um"] == width_um], left,
-                       f"rings of {width_um / WAVELENGTH_UM:.2g} wavelengths",
-                       "rings a side", (6, 45), (8, 16, 34), lambda row: row["rings"])
+    left = 430
+    for width_um in (2, 10):
+        of_width = [row for row in rows if row["width_um"] == width_um]
+        if of_width:
+            marks += panel(of_width, left, f"rings of {width_um / WAVELENGTH_UM:.2g} wavelengths", "rings a side",
+                           (6, 45), (8, 16, 34), lambda row: row["rings"])
+            left += 360
+    legend = left - 20
     for k, (name, colour) in enumerate(COLOURS.items()):
-        x, y = 1130, 70 + 24 * k
+        x, y = legend, 70 + 24 * k
         marks += [f'<circle cx="{x}" cy="{y}" r="5" fill="{colour}" stroke="{colour}" stroke-width="2"/>',
                   f'<circle cx="{x + 16}" cy="{y}" r="5" fill="#fff" stroke="{colour}" stroke-width="2"/>',
                   f'<text x="{x + 30}" y="{y + 5}">{name}</text>']
-    marks += ['<text x="1125" y="180">filled: hybrid</text>', '<text x="1125" y="198">open: rays</text>',
-              '<text x="1125" y="216">bar: smooth dome</text>',
-              '<text x="1125" y="234">triangle: below</text>',
-              '<text transform="translate(22 230) rotate(-90)" text-anchor="middle">'
+    words = ("filled: hybrid", "open: rays", "bar: smooth dome", "triangle: below")
+    marks += [f'<text x="{legend - 5}" y="{180 + 18 * k}">{line}</text>' for k, line in enumerate(words)]
+    marks += ['<text transform="translate(22 230) rotate(-90)" text-anchor="middle">'
               "distance from full wave (% of the largest bin)</text>"]
-    file.write_text('<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1260 470" '
-                    'font-family="DejaVu Sans, sans-serif" font-size="14"><rect width="1260" '
+    width = legend + 130
+    file.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} 470" '
+                    f'font-family="DejaVu Sans, sans-serif" font-size="14"><rect width="{width}" '
                     'height="470" fill="#fff"/>' + "".join(marks) + "</svg>\n")
 
 
