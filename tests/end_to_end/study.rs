@@ -216,43 +216,6 @@ fn what_is_no_toml_is_said_in_one_line_with_its_place() {
 }
 
 #[test]
-fn short_runs_are_cut_from_traces_and_read_bin_by_bin() {
-    let folder = folder();
-    let text = format!("short_runs = [12500, 100000]\nshort_run_traces = 2\n{STUDY}")
-        .replace("paths = 20000", "paths = 200000")
-        .replace("values = [0.5, 0.9]", "values = [0.9]")
-        + "peak_angle_deg = 85.0\n\n[base.set]\n\"trace.sampling\" = \"random\"\n\"receiver.bin_mm\" = 0.2\n\"receiver.read_bin_mm\" = 0.6\n\"receiver.margin_mm\" = 4.55\n\"receiver.average\" = \"none\"\n\"receiver.smoothing_sigma_mm\" = 0.0\n";
-    std::fs::write(folder.path().join("study.toml"), text).expect("written");
-    let (study, _) = run(folder.path(), &[]);
-    let runs = study["setups"][0]["short_runs"].as_array().expect("runs");
-    let of = |figure: &str, paths: f64| {
-        let found = runs.iter().find(|r| {
-            r["figure"] == figure && (r["paths"].as_f64().expect("a number") - paths).abs() < 1e-9
-        });
-        found.expect(figure)
-    };
-    let number = |line: &Value, key: &str| line[key].as_f64().expect("a number");
-    let (short, long) = (of("uniformity", 12_500.0), of("uniformity", 100_000.0));
-    assert_eq!((&short["runs"], &long["runs"]), (&32.into(), &4.into()));
-    // Lowest and highest of noisy bins lie further apart the fewer rays there are, and the figure
-    // of all paths has neither.
-    let all = number(&figures(&study, "base")["uniformity"], "value");
-    let error = number(short, "standard_deviation") / 32.0_f64.sqrt();
-    assert!(number(short, "mean") < all - 4.0 * error, "{short} {all}");
-    // The second trace has rays of its own.
-    let values = short["values"].as_array().expect("values");
-    assert!(values[..16] != values[16..]);
-    // Peaks are middles of bins about multiples of 5 degrees.
-    for angle in of("peak_angle_deg", 12_500.0)["values"].as_array().expect("values") {
-        let bins = angle.as_f64().expect("a number") / 5.0;
-        assert!((bins - bins.round()).abs() < 1e-9, "{angle}");
-    }
-    let table = std::fs::read_to_string(folder.path().join("out/short-runs.csv")).expect("a table");
-    // Three figures of 36 runs for each of three set-ups, and the headings.
-    assert_eq!(table.lines().count(), 1 + 3 * 3 * 36);
-}
-
-#[test]
 fn studies_that_come_along_can_be_read() {
     let folder = batwing_tests::workspace().join("data/studies");
     let mut read = 0;
@@ -324,10 +287,6 @@ fn bad_studies_end_in_one_message_and_write_nothing() {
         ),
         (STUDY.replace("[targets", "[tragets"), &["study.toml", "tragets"]),
         (STUDY.replace("d1.toml", "d9.toml"), &["designs", "d9.toml"]),
-        (
-            STUDY.replace("paths = 20000", "paths = 20000\nshort_runs = [10]"),
-            &["short_runs", "313 to 10000", "20000 paths of D1", "got 10"],
-        ),
     ] {
         std::fs::write(folder.path().join("study.toml"), wrong).expect("written");
         let output =

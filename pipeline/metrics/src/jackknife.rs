@@ -51,21 +51,6 @@ impl Grouped {
         self.total.iter().zip(&self.groups[g]).map(|(t, v)| (t - v) * scale).collect()
     }
 
-    /// Estimates of the total from consecutive runs of `groups` groups each; remaining groups are
-    /// left out.
-    ///
-    /// # Panics
-    /// Without groups in a run.
-    pub fn runs(&self, groups: usize) -> Vec<Vec<f64>> {
-        assert!(groups > 0, "a run of no groups");
-        let scale = self.count() as f64 / groups as f64;
-        let sum = |run: &[Vec<f64>]| {
-            let bins = 0..self.total.len();
-            bins.map(|i| run.iter().map(|g| g[i]).sum::<f64>() * scale).collect()
-        };
-        self.groups.chunks_exact(groups).map(sum).collect()
-    }
-
     /// The weighted sum of all parts, group by group: groups of one number are added, so that a
     /// jackknife sees what each group of every part contributes.
     ///
@@ -210,16 +195,6 @@ mod tests {
         // Sum of squared deviations 21.2; sample variance 5.3; error of the sum √(5 · 5.3).
         assert!((estimate.standard_error - 26.5f64.sqrt()).abs() < 1e-12);
         assert!((grouped.standard_errors()[0] - estimate.standard_error).abs() < 1e-12);
-    }
-
-    #[test]
-    fn runs_estimate_the_total_from_groups_of_their_own() {
-        let grouped = Grouped::new((0..7).map(|g| vec![f64::from(g)]).collect());
-        let runs = grouped.runs(3);
-        // Groups 0, 1, 2 and 3, 4, 5 of seven; the last belongs to none.
-        assert_eq!(runs, [vec![7.0], vec![28.0]]);
-        assert_eq!(grouped.runs(7), [grouped.total().to_vec()]);
-        assert!(grouped.runs(8).is_empty());
     }
 
     #[test]

@@ -131,16 +131,6 @@ pub fn above(map: &Grouped, least: usize) -> Grouped {
     map.map(|m| m.iter().map(|l| l - m[least]).collect())
 }
 
-/// Uniformity of one map read bin by bin, as from a display: the largest bin, and the smallest on
-/// the segment between the first two neighbours. Noise raises the one and lowers the other. `None`
-/// without neighbours.
-pub fn bin_by_bin(map: &[f64], grid: Grid, layout: &Layout, full_scale: f64) -> Option<f64> {
-    let first = layout.straight().first().copied();
-    let valley = Valley::bins(grid, first.as_slice())?;
-    let peak = largest(map).1;
-    Some(logarithmic(ratio(valley.minimum(map), peak), full_scale))
-}
-
 /// Valley over peak; 0 where there is no light.
 pub(super) fn ratio(valley: f64, peak: f64) -> f64 {
     if peak > 0.0 { valley / peak } else { 0.0 }
@@ -349,27 +339,6 @@ mod tests {
         let expected = logarithmic((at(0.0, 4.15) - dark) / (at(4.15, 4.15) - dark), 256.0);
         assert!((u.straight.value - expected).abs() < 2e-4, "{u:?} {expected}");
         assert!(seen.total().iter().all(|l| *l >= 0.0));
-    }
-
-    #[test]
-    fn bins_alone_read_less_the_noisier_they_are() {
-        let read = |noise: f64| {
-            let map = map(2.0, 0.05, noise, 4);
-            bin_by_bin(map.total(), GRID, &square(2), 256.0).expect("neighbours")
-        };
-        let exact =
-            uniformity(&map(2.0, 0.05, 0.0, 4), GRID, &square(2), 256.0, ValleyReading::Fit)
-                .expect("neighbours")
-                .straight
-                .value;
-        // Bins are level here, their centres half a bin from the valley: no more than that is lost.
-        assert!((read(0.0) - exact).abs() < 1e-3, "{} {exact}", read(0.0));
-        // Dozens of bins lie in the valley: its lowest is two standard deviations or more below.
-        let floor = |noise: f64| (1.0 - 2.0 * noise).ln() / 256f64.ln();
-        for noise in [0.02, 0.05, 0.1] {
-            assert!(read(noise) < exact + 0.7 * floor(noise), "{noise}");
-        }
-        assert_eq!(bin_by_bin(map(2.0, 0.0, 0.0, 2).total(), GRID, &square(1), 256.0), None);
     }
 
     #[test]

@@ -20,16 +20,15 @@ use tracer::Outcome;
 use tracer::ledger::{Lines, Loss};
 
 use design::Design;
-use design::schema::Zero;
 use metrics::extraction::{Ledger, flow};
 use metrics::far_field::{AngularBins, BinPlacement, FarFieldReading};
-use metrics::figures::{self, CENTRE_TO_PEAK, NamedFigure, PEAK_ANGLE, UNIFORMITY};
+use metrics::figures::{self, NamedFigure};
 use metrics::hits::with_one_path;
 use metrics::illuminance::{Grid, coarser, smoothed};
 use metrics::layout::Layout;
 use metrics::lit::LitBins;
 use metrics::quantity::Curve;
-use metrics::uniformity::{ValleyReading, bin_by_bin};
+use metrics::uniformity::ValleyReading;
 use metrics::{Estimate, Grouped, JackknifedFigure};
 use results::Figure;
 use results::figure_entry::FigureEntry;
@@ -409,45 +408,6 @@ impl Observation {
         all
     }
 
-    /// Figures of short runs of about `paths` paths each, cut from this trace in whole groups and
-    /// read bin by bin, by key.
-    pub fn short_runs(&self, design: &Design, paths: u64) -> Vec<(&'static str, Vec<f64>)> {
-        let of_each = self.groups_of_run(paths);
-        let far_field_reading = far_field_reading(design);
-        let far: Vec<[f64; 2]> =
-            self.far_field.runs(of_each).iter().map(|p| far_field_reading.bin_by_bin(p)).collect();
-        let layout = layout(design);
-        let map = self.illuminance.runs(of_each);
-        let (lit, together) = (lit::of_plane(design), design.receiver.read_together());
-        let counted = lit.as_ref().map(|lit| lit.coarser(self.grid, together).counted);
-        let read = |map: &Vec<f64>| {
-            let grid = coarser(&[], self.grid, together).1;
-            let map = binned(map, self.grid, together, lit.as_ref());
-            let map = above_zero(&map, counted.as_deref(), design.receiver.zero);
-            bin_by_bin(&map, grid, &layout, design.receiver.full_scale)
-        };
-        let map: Option<Vec<f64>> = map.iter().map(read).collect();
-        let map = map.filter(|_| self.lit());
-        let mut all = vec![
-            (PEAK_ANGLE.key, far.iter().map(|f| f[0]).collect()),
-            (CENTRE_TO_PEAK.key, far.iter().map(|f| f[1]).collect()),
-        ];
-        all.extend(map.map(|values| (UNIFORMITY.key, values)));
-        all
-    }
-
-    /// Paths in a short run of about `paths`, in whole groups.
-    pub fn paths_of_run(&self, paths: u64) -> f64 {
-        let share = self.groups_of_run(paths) as f64 / self.far_field.count() as f64;
-        share * self.paths as f64
-    }
-
-    fn groups_of_run(&self, paths: u64) -> usize {
-        let groups = self.far_field.count();
-        let of_run = (paths as f64 * groups as f64 / self.paths as f64).round() as usize;
-        of_run.clamp(1, groups)
-    }
-
     /// Whether any light went up through the map.
     pub fn lit(&self) -> bool {
         self.illuminance.total().iter().any(|value| *value > 0.0)
@@ -494,17 +454,6 @@ fn binned(map: &[f64], grid: Grid, together: usize, lit: Option<&LitBins>) -> Ve
         Some(lit) => lit.coarser_map(map, grid, together),
         None => coarser(map, grid, together).0,
     }
-}
-
-/// A map above darkness, or above its own smallest bin of those that are `counted`.
-fn above_zero(map: &[f64], counted: Option<&[f64]>, zero: Zero) -> Vec<f64> {
-    let is_counted = |bin: usize| counted.is_none_or(|shares| shares[bin] > 0.0);
-    let counted_bins = map.iter().enumerate().filter(|(bin, _)| is_counted(*bin));
-    let least = match zero {
-        Zero::Dark => 0.0,
-        Zero::Smallest => counted_bins.map(|(_, value)| *value).fold(f64::INFINITY, f64::min),
-    };
-    map.iter().map(|l| l - least).collect()
 }
 
 /// Endings of the accounts of a luminophore: photons that it does not emit again, and energy that

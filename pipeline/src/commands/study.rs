@@ -34,8 +34,6 @@ use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
 
 /// Table of the figures, a line each.
 const TABLE: &str = "study.csv";
-/// Figures of runs of fewer paths, a line for each run.
-const SHORT_RUNS: &str = "short-runs.csv";
 
 /// `batwing study`.
 #[derive(Debug, Args)]
@@ -98,14 +96,7 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
     atomic_file::supersede(&path(FILE))?;
     let headings: Vec<&str> = [&PLACE[..], &COLUMNS, &CHANGE, &TARGET].concat();
     csv::write_text_csv(&path(TABLE), &headings, &rows(&outcome))?;
-    if !study.file.short_runs.is_empty() {
-        let rows = outcome.short_runs();
-        csv::write_text_csv(&path(SHORT_RUNS), &SHORT_HEADINGS, &rows)?;
-    }
-    let tables = [Some(TABLE), (!study.file.short_runs.is_empty()).then_some(SHORT_RUNS)];
-    let files = tables.into_iter().flatten();
-    let files = files.map(|name| FileRecord::of_output(&arguments.out, name));
-    let json = outcome.to_json(&files.collect::<Result<Vec<_>>>()?);
+    let json = outcome.to_json(&[FileRecord::of_output(&arguments.out, TABLE)?]);
     let file: StudyFile = serde_json::from_value(json.clone())?;
     if let Some(picture) = study_pictures::misfit_picture(&file)? {
         atomic_file::write_bytes(&path("misfit.png"), &picture.png()?)?;
@@ -126,8 +117,6 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
 const PLACE: [&str; 5] = ["setup", "levels", "design", "model", "figure"];
 const TARGET: [&str; 5] = ["target", "scale", "at_least", "at_most", "verdict"];
 const CHANGE: [&str; 4] = ["change", "change_standard_error", "change_low", "change_high"];
-
-const SHORT_HEADINGS: [&str; 7] = ["setup", "design", "model", "figure", "paths", "run", "value"];
 
 const NO_BOUNDS: Bounds = Bounds { at_least: None, at_most: None };
 

@@ -7,7 +7,6 @@ use design::Design;
 use design::resolved::check_paths;
 use simulate::model::Model;
 use simulate::observation::check_figure;
-use simulate::trace::GROUPS;
 
 use super::file::{Probe, StudyFile};
 use super::targets::Targets;
@@ -96,30 +95,6 @@ pub(super) fn designs(designs: &[Design], models: &[Model]) -> Result<()> {
     for design in designs {
         for model in models {
             model.available(design).context("models")?;
-        }
-    }
-    Ok(())
-}
-
-/// Most traces for short runs of each model.
-const MOST_TRACES: u64 = 1000;
-
-/// Checks that a short run holds at least one whole group of paths and at most half of them.
-pub(super) fn short_runs(file: &StudyFile, designs: &[Design]) -> Result<()> {
-    let (runs, traces) = (&file.short_runs, file.short_run_traces);
-    ensure!(
-        (1..=MOST_TRACES).contains(&traces) && (traces == 1 || !runs.is_empty()),
-        "short_run_traces: expected 1 to {MOST_TRACES}, and 1 without short_runs, got {traces}"
-    );
-    for design in designs {
-        let all = design.trace.paths;
-        let (least, most) = (all.div_ceil(GROUPS as u64), all / 2);
-        for &paths in runs {
-            ensure!(
-                (least..=most).contains(&paths),
-                "short_runs: expected {least} to {most}, from a {GROUPS}th to a half of the {all} paths of {}, got {paths}",
-                design.name
-            );
         }
     }
     Ok(())

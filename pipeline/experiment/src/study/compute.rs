@@ -27,14 +27,13 @@ use simulate::job::Task;
 use simulate::model::Model;
 use simulate::model_traces::ModelTraces;
 use simulate::observation::{Observation, plane_grid};
-use simulate::seeds::mix;
 use simulate::tables::keys;
 use simulate::trace_plan::DomeChoice;
 
 use super::definition::Study;
 use crate::missing_figure::missing_figure;
 
-use super::trace_figures::{NamedFigures, SetupFigures, ShortRuns, TraceFigures, TraceId};
+use super::trace_figures::{NamedFigures, SetupFigures, TraceFigures, TraceId};
 
 /// Version of tracing and reading; raise it whenever the same design would give other numbers.
 pub(crate) const TRACE_VERSION: u32 = 9;
@@ -56,8 +55,6 @@ struct TraceTask {
     trace_key: Key,
     /// Key of the figures that are read from it.
     figures_key: Key,
-    /// Number of traces, each with its own seed, that short runs are cut from.
-    traces: u64,
 }
 
 /// Traces the tasks of a study, and stores what it reads from them.
@@ -137,35 +134,22 @@ impl<'a> Tracer<'a> {
         let Some(&task) = wanted.first() else {
             return Ok(BTreeMap::new());
         };
-        let (study, seed) = (self.study, self.context.seed);
-        let observation = self.observe(task, seed)?;
+        let observation = self.observe(task)?;
         let figures = wanted.iter().map(|other| {
-            let figures = TraceFigures {
-                figures: other.figures(study, &observation),
-                short_runs: other.short_runs(study, &observation),
-            };
-            (other.figures_key.clone(), (*other, figures))
+            let figures = TraceFigures { figures: other.figures(self.study, &observation) };
+            (other.figures_key.clone(), figures)
         });
-        let mut read: BTreeMap<Key, (&TraceTask, TraceFigures)> = figures.collect();
-        for further in 1..task.traces {
-            let observation = self.observe(task, mix(seed.wrapping_add(further)))?;
-            for (other, figures) in read.values_mut() {
-                let runs = other.short_runs(study, &observation);
-                for (all, more) in figures.short_runs.iter_mut().zip(runs) {
-                    all.values.extend(more.values);
-                }
-            }
-        }
-        for (key, (_, figures)) in &read {
+        let read: BTreeMap<Key, TraceFigures> = figures.collect();
+        for (key, figures) in &read {
             self.store.entries(key.clone()).keep_value(0, figures)?;
         }
-        Ok(read.into_iter().map(|(key, (_, figures))| (key, figures)).collect())
+        Ok(read)
     }
 
-    fn observe(&mut self, task: &TraceTask, seed: u64) -> Result<Observation> {
+    fn observe(&mut self, task: &TraceTask) -> Result<Observation> {
         let design = task.design(self.study);
         let what = format!("{} {}", task.label(self.study), task.id.model);
-        self.traces.observe(design, task.dome, &what, RunContext { seed, ..self.context })
+        self.traces.observe(design, task.dome, &what, self.context)
     }
 }
 
@@ -175,7 +159,7 @@ pub fn shared_traces(study: &Arc<Study>, seed: u64) -> Vec<SharedTrace> {
     let mut traces: Vec<SharedTrace> = Vec::new();
     for task in tasks(study, seed) {
         let number = *numbers.entry(task.trace_key.clone()).or_insert(traces.len());
-        let paths = task.design(study).trace.paths * task.traces;
+        let paths = task.design(study).trace.paths;
         if number == traces.len() {
             let (study, label) = (Arc::clone(study), task.label(study));
             traces.push(SharedTrace { study, seed, label, paths, tasks: Vec::new() });
@@ -273,14 +257,10 @@ impl TraceTask {
     ) -> Self {
         let design = &study.setups[setup].1[number];
         let of_element = &study.file.probes[probes.clone()];
-        // Short runs are cut from traces of models alone.
-        let (kind, element, model, short_runs, traces) = match dome {
-            DomeChoice::Model(model) => {
-                let runs = study.file.short_runs.as_slice();
-                (model, None, model.key(design), runs, study.file.short_run_traces)
-            }
+        let (kind, element, model) = match dome {
+            DomeChoice::Model(model) => (model, None, model.key(design)),
             DomeChoice::Element(element) => {
-                (Model::Geometric, Some(element), of_element[0].place(), &[][..], 1)
+                (Model::Geometric, Some(element), of_element[0].place())
             }
         };
         let (relief, tables) = match kind {
@@ -302,8 +282,6 @@ impl TraceTask {
             "reading": design.reading_fields(),
             "model": model,
             "probes": element.map(|_| of_element),
-            "short_runs": short_runs,
-            "short_run_traces": traces,
             "tables": tables,
             "seed": seed,
         }));
@@ -318,7 +296,7 @@ impl TraceTask {
             "seed": seed,
         }));
         let id = TraceId { design: design.name.clone(), model };
-        Self { setup, design: number, dome, probes, id, trace_key, figures_key, traces }
+        Self { setup, design: number, dome, probes, id, trace_key, figures_key }
     }
 
     fn design<'a>(&self, study: &'a Study) -> &'a Design {
@@ -362,22 +340,5 @@ impl TraceTask {
             (probe.figure(), PairedFigure::new(value, without))
         });
         probes.collect()
-    }
-
-    /// Short runs cut from an observation of a model.
-    fn short_runs(&self, study: &Study, observation: &Observation) -> Vec<ShortRuns> {
-        let asked = match self.dome {
-            DomeChoice::Model(_) => study.file.short_runs.as_slice(),
-            DomeChoice::Element(_) => &[],
-        };
-        let runs = |&paths: &u64| {
-            let figures = observation.short_runs(self.design(study), paths).into_iter();
-            figures.map(move |(figure, values)| ShortRuns {
-                figure: figure.to_owned(),
-                paths: observation.paths_of_run(paths),
-                values,
-            })
-        };
-        asked.iter().flat_map(runs).collect()
     }
 }

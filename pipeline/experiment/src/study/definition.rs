@@ -73,7 +73,6 @@ fn check(mut head: CheckedFile<StudyFile>, paths: Option<u64>) -> Result<Study> 
     for probe in &file.probes {
         checks::probe(probe, &setups[0].1)?;
     }
-    checks::short_runs(&file, &setups[0].1)?;
     for design in setups.iter().flat_map(|(_, designs)| designs) {
         head.record(&design.provenance.named);
     }

@@ -44,16 +44,6 @@ pub struct StudyFile {
     /// Set-ups put together by hand.
     #[serde(default)]
     pub setups: Vec<ExplicitSetup>,
-    /// Paths, to the nearest whole number of groups (64 to a trace), of runs that each trace of a
-    /// model is cut into, to see what runs of so few rays read; each from a 64th to a half of the
-    /// paths.
-    #[serde(default)]
-    pub short_runs: Vec<u64>,
-    /// Traces of each model that such runs are cut from, each with a seed of its own: so many times
-    /// more runs; 1 to 1000, 1 without `short_runs`. Figures, changes and misfits are those of the
-    /// first.
-    #[serde(default = "one")]
-    pub short_run_traces: u64,
     /// Probes: the share of an element's light in ranges of polar angles while all others absorb,
     /// as in Figures 3 and 4.
     #[serde(default)]
@@ -79,10 +69,6 @@ impl FileKeys for StudyFile {
         "removed with the comparison of targets with short runs, whose results stand in \
          docs/reproduction.md",
     )];
-}
-
-const fn one() -> u64 {
-    1
 }
 
 /// Arrangement of levels to set-ups.

@@ -23,7 +23,7 @@ use simulate::observation::{is_comparable, unit_of, why_absent};
 
 use super::definition::Study;
 use super::targets::Targets;
-use super::trace_figures::{SetupFigures, ShortRuns, TraceId, find};
+use super::trace_figures::{SetupFigures, TraceId, find};
 
 /// A misfit, with and without each group of paths.
 #[derive(Debug, Clone, PartialEq)]
@@ -235,29 +235,6 @@ impl StudyResults<'_> {
         })
     }
 
-    /// Rows of the short runs: set-up, design, model, figure, paths, number of the run, value.
-    pub fn short_runs(&self) -> Vec<Vec<String>> {
-        let mut rows = Vec::new();
-        for ((setup, _), found) in self.study.setups.iter().zip(&self.found) {
-            for (place, judged) in found {
-                for runs in &judged.short_runs {
-                    for (run, value) in runs.values.iter().enumerate() {
-                        rows.push(vec![
-                            setup.name.clone(),
-                            place.design.clone(),
-                            place.model.clone(),
-                            runs.figure.clone(),
-                            runs.paths.to_string(),
-                            (run + 1).to_string(),
-                            value.to_string(),
-                        ]);
-                    }
-                }
-            }
-        }
-        rows
-    }
-
     /// True where a figure of set-up `index` may be subtracted from that of the base.
     fn is_comparable(&self, index: usize, place: &TraceId, figure: &str) -> bool {
         let of = |setup: usize| {
@@ -321,24 +298,11 @@ impl StudyResults<'_> {
     pub fn to_json(&self, files: &[FileRecord]) -> Value {
         let setups = self.study.setups.iter().enumerate().map(|(i, (setup, _))| {
             let figures: Vec<Value> = self.lines(i).map(|l| l.to_json()).collect();
-            let short_runs = self.found[i].iter().flat_map(|(place, judged)| {
-                let line = |runs: &ShortRuns| {
-                    runs.to_json(
-                        place,
-                        self.study
-                            .targets
-                            .of(&place.design, &place.model, &runs.figure),
-                    )
-                };
-                judged.short_runs.iter().map(line)
-            });
-            let short_runs: Vec<Value> = short_runs.collect();
             json!({
                 "name": setup.name,
                 "levels": setup.levels,
                 "misfit": misfit(&self.found[i], &self.found[0], &self.study.targets).map(|m| m.estimate()),
                 "figures": figures,
-                "short_runs": short_runs,
             })
         });
         let factors = self.study.factors.iter().map(|f| {
@@ -442,7 +406,7 @@ mod tests {
     fn found(uniformity: PairedFigure) -> SetupFigures {
         let place = TraceId { design: "D1".to_owned(), model: "hybrid_10um".to_owned() };
         let figures = vec![("uniformity".to_owned(), uniformity)];
-        let judged = TraceFigures { figures, short_runs: Vec::new() };
+        let judged = TraceFigures { figures };
         SetupFigures::from([(place, judged)])
     }
 
@@ -475,24 +439,6 @@ mod tests {
         assert!((bin.standard_error - 0.01 / 0.02).abs() < 1e-9, "{bin:?}");
         // Without the figure that the base has there is nothing to rank.
         assert_eq!(misfit(&SetupFigures::new(), &one, &targets), None);
-    }
-
-    #[test]
-    fn short_runs_are_told_by_mean_deviation_and_extremes() {
-        let place = TraceId { design: "D1".to_owned(), model: "hybrid_10um".to_owned() };
-        let runs = ShortRuns {
-            figure: "uniformity".to_owned(),
-            paths: 1e5,
-            values: vec![0.70, 0.72, 0.77],
-        };
-        let near = Target { sought: Sought::Near(0.75), scale: 0.025 };
-        let line = runs.to_json(&place, Some(near));
-        let number = |key: &str| line[key].as_f64().expect("a number");
-        assert!((number("mean") - 0.73).abs() < 1e-15 && (number("smallest") - 0.70).abs() < 1e-15);
-        // (0.03² + 0.01² + 0.04²) / 2.
-        assert!((number("standard_deviation") - 0.0013f64.sqrt()).abs() < 1e-15);
-        assert!((number("share_within_scale") - 1.0 / 3.0).abs() < 1e-15);
-        assert_eq!(line["runs"], 3);
     }
 
     #[test]

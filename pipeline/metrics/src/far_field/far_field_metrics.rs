@@ -540,17 +540,6 @@ impl FarFieldReading {
         [bins.first(), bins.last()].map(|bin| bin.copied().unwrap_or(best) - 1)
     }
 
-    /// Peak angle (degrees) and centre/peak read bin by bin, as from a plot: the middle of the
-    /// largest bin, and the centre from the profile.
-    pub fn bin_by_bin(&self, powers: &[f64]) -> [f64; 2] {
-        let sphere = self.sphere();
-        let profile = self.profile(&self.rebinned(powers));
-        let best = largest(&profile, &sphere);
-        let inner = sphere.below(self.centre_deg);
-        let centre: f64 = (0..inner).map(|i| profile[i] * sphere.ring_sr(i)).sum();
-        [sphere.centre_deg(best), centre / self.centre_sr() / profile[best]]
-    }
-
     /// One far field without groups: peak angle, centre/peak, the parabola's angle where the peak is
     /// the middle of a bin (else NaN), beam and field angle, intensities of centre and peak.
     pub fn plain(&self, powers: &[f64]) -> [f64; 7] {
