@@ -25,6 +25,8 @@
 
 pub mod cli;
 pub mod cli_errors;
+#[cfg(test)]
+mod command_tables;
 pub mod commands;
 pub mod exit;
 #[cfg(test)]

@@ -2,11 +2,9 @@
 //! Photometric files: what is written comes back, what others write is understood, what is wrong is
 //! named.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::source_power_by_direction;
+use crate::common::source_power_by_direction;
 use formats::eulumdat::layout as eulumdat;
 use formats::fields::photometric_text;
 use formats::ies::layout as ies;

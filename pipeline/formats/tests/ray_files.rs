@@ -2,13 +2,11 @@
 //! Ray files: what is written comes back, what is wrong is named, what leaves a scene can be its
 //! source again.
 
-mod common;
-
 use std::f64::consts::PI;
 use std::io::Cursor;
 use std::sync::Arc;
 
-use common::source_power_by_direction;
+use crate::common::source_power_by_direction;
 use formats::lighttools_rays::layout as lighttools_rays;
 use formats::speos_rays::layout as speos_rays;
 use formats::tm25::layout as tm25;

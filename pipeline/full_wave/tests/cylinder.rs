@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A circular cylinder with a line source inside, and half of it on a mirror, against the series.
 
-mod series;
-
+use crate::series::{series, worst};
 use full_wave::{Body, Outline, Polarisation, Resolution};
 use num_complex::Complex64;
-use series::{series, worst};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 fn circle(radius: f64, arcs: usize, first: f64) -> Outline {

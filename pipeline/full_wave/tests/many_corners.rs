@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A cylinder with many small corners beside the circle that it approaches.
 
-mod series;
-
+use crate::series::{series, worst};
 use full_wave::{Body, Outline, Polarisation, Resolution};
-use series::{series, worst};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 const INDEX: [f64; 2] = [1.41, 1.0];
