@@ -5,7 +5,7 @@
 //! At the bottom an order that decays is one real wave for each function and polarisation; an order
 //! that propagates leaves its E and H free. t are the amplitudes of the former and the H of the
 //! latter, u the E of the latter. At the top the decaying orders are matched in real numbers, and v
-//! = h + α e of those that propagate is prescribed. What is left,
+//! = h + α e of those that propagate is prescribed. What is left (3.4),
 //!
 //! - e = K₁₁ v + K₁₂ u at the top,   h = K₂₁ v + K₂₂ u at the bottom,
 //!

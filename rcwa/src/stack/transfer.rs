@@ -3,7 +3,7 @@
 //!
 //! The transfer of the coordinates is an entire function of ky: even between coordinates of one
 //! family of modes, odd between families. It is computed at nodes of Chebyshev in ky² and
-//! interpolated for all ky by a polynomial in ky². The fields are cos and sin of kz d, where kz² =
+//! interpolated for all ky by a polynomial in ky². The fields (3.3) are cos and sin of kz d, where kz² =
 //! b minus ky². On an interval of length L the coefficients of cos √x fall as 2 (L/4)^k/(2k)!: a
 //! dozen nodes reach the last digits, wall corrections included. A problem then passes these layers
 //! by two products in place of two for each layer.
