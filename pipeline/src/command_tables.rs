@@ -15,7 +15,7 @@ pub fn fill(page: &str, cli: &Command) -> Option<String> {
     let (before, place) = page.split_once(BEGIN)?;
     let (_, after) = place.split_once(END)?;
     let mut list = table("Options of all commands", cli.get_arguments().collect());
-    for command in cli.get_subcommands() {
+    for command in cli.get_subcommands().filter(|command| command.get_name() != "help") {
         let about = command.get_about().map(ToString::to_string).unwrap_or_default();
         let example = command.get_after_help().map(ToString::to_string).unwrap_or_default();
         let example = example.strip_prefix("Example: ").unwrap_or_default();
@@ -29,7 +29,7 @@ pub fn fill(page: &str, cli: &Command) -> Option<String> {
 
 /// A heading with the arguments below it, those without a name first.
 fn table(name: &str, mut arguments: Vec<&Arg>) -> String {
-    arguments.retain(|argument| !argument.is_hide_set());
+    arguments.retain(|argument| !argument.is_hide_set() && argument.get_id() != "help");
     arguments.sort_by_key(|argument| !argument.is_positional());
     let mut text = format!("## {name}\n\n| argument | meaning | default |\n|---|---|---|\n");
     for argument in arguments {

@@ -157,7 +157,7 @@ def picture(rows, file):
     left = 430
     for width_um in (2, 10):
         of_width = [row for row in rows if row["width_um"] == width_um]
-        if of_width:
+        if len({row["rings"] for row in of_width}) > 1:
             marks += panel(of_width, left, f"rings of {width_um / WAVELENGTH_UM:.2g} wavelengths", "rings a side",
                            (6, 45), (8, 16, 34), lambda row: row["rings"])
             left += 360
