@@ -39,6 +39,36 @@ pub struct RayColumns {
     pub radiant: bool,
 }
 
+/// Units of length of LightTools from code 1 on, as its text form names them, with their millimetres.
+pub(crate) const LIGHTTOOLS_UNITS: [(&str, f32); 7] = [
+    ("millimeters", 1.0),
+    ("centimeters", 10.0),
+    ("meters", 1000.0),
+    ("inches", 25.4),
+    ("feet", 304.8),
+    ("microns", 1e-3),
+    ("nanometers", 1e-6),
+];
+
+/// The header of a file of LightTools, binary or text.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LightToolsHeader {
+    /// True if flux is in W; else in lm.
+    pub radiant: bool,
+    /// True if each ray has a wavelength.
+    pub coloured: bool,
+    /// Origin of the rays, mm. Public code ignores it and takes starts as they stand; so does this
+    /// crate.
+    pub origin: [f32; 3],
+    /// Flux of all rays; NaN where a text states none.
+    pub flux: f32,
+    /// Millimetres of the unit of length.
+    pub millimetres: f32,
+}
+
+/// Millimetres of the units of length of Zemax: m, inch, cm, foot, mm.
+pub(crate) const ZEMAX_MILLIMETRES: [f32; 5] = [1000.0, 25.4, 10.0, 304.8, 1.0];
+
 /// A reader that counts the bytes read.
 pub(crate) struct Counted<R> {
     inner: R,

@@ -12,10 +12,11 @@
 use crate::text::{parse_number, quoted};
 use std::io::{BufRead, BufReader, ErrorKind, Read, Seek, Write};
 
-use crate::lighttools_rays::layout::{LightToolsHeader, UNITS};
-use crate::rays::{RayColumns, RayFileError, RayRecord, RaySink, sound};
+use crate::rays::{
+    LIGHTTOOLS_UNITS, LightToolsHeader, RayColumns, RayFileError, RayRecord, RaySink,
+    ZEMAX_MILLIMETRES, sound,
+};
 use crate::text::{FormatError, Position};
-use crate::zemax_rays::layout::MILLIMETRES;
 
 /// Largest number of bytes of a line.
 const MAX_LINE: usize = 4096;
@@ -169,13 +170,15 @@ impl<R: Read> LightToolsTextReader<R> {
                     continue;
                 }
                 ("lt_color_info", _) => "none or wavelength",
-                ("lt_length_units", _) => match UNITS.iter().find(|unit| unit.0 == value) {
-                    Some(unit) => {
-                        header.millimetres = unit.1;
-                        continue;
+                ("lt_length_units", _) => {
+                    match LIGHTTOOLS_UNITS.iter().find(|unit| unit.0 == value) {
+                        Some(unit) => {
+                            header.millimetres = unit.1;
+                            continue;
+                        }
+                        None => "a unit of length, as millimeters",
                     }
-                    None => "a unit of length, as millimeters",
-                },
+                }
                 ("lt_radiant_flux" | "lt_luminous_flux", _) => {
                     header.flux = parse_number(value, lines.number, key)? as f32;
                     if header.flux >= 0.0 && header.flux.is_finite() {
@@ -231,7 +234,7 @@ fn zemax_header(text: &str) -> Option<(u64, f32)> {
     let mut numbers = text.split_whitespace().map(|word| word.parse::<f64>().ok());
     let mut whole = || numbers.next().flatten().filter(|v| v.fract() == 0.0 && *v >= 0.0);
     let (rays, unit) = (whole()? as u64, whole()? as usize);
-    Some((rays, *MILLIMETRES.get(unit)?))
+    Some((rays, *ZEMAX_MILLIMETRES.get(unit)?))
 }
 
 /// Least numbers in a line that is meant to be a ray, and most of an oddly written one.

@@ -11,9 +11,10 @@
 //!
 //! Layout: the public code of TM25RaySetTools.
 
+pub use crate::rays::LightToolsHeader;
 use crate::rays::{
-    BLOCK, Counted, RayColumns, RayFileError, RayRecord, RaySink, checked, f32_at, u32_at,
-    vector_at,
+    BLOCK, Counted, LIGHTTOOLS_UNITS, RayColumns, RayFileError, RayRecord, RaySink, checked,
+    f32_at, u32_at, vector_at,
 };
 use crate::text::FormatError;
 use std::io::{Read, Seek, Write};
@@ -24,32 +25,6 @@ const END: &[u8; 7] = b"LTRFEND";
 const HEADER: usize = 44;
 /// Position of the flux.
 const FLUX_AT: u64 = 40;
-/// Units of length from code 1 on, as the text form names them, with their millimetres.
-pub(crate) const UNITS: [(&str, f32); 7] = [
-    ("millimeters", 1.0),
-    ("centimeters", 10.0),
-    ("meters", 1000.0),
-    ("inches", 25.4),
-    ("feet", 304.8),
-    ("microns", 1e-3),
-    ("nanometers", 1e-6),
-];
-
-/// The header of a file.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LightToolsHeader {
-    /// True if flux is in W; else in lm.
-    pub radiant: bool,
-    /// True if each ray has a wavelength.
-    pub coloured: bool,
-    /// Origin of the rays, mm. Public code ignores it and takes starts as they stand; so does this
-    /// crate.
-    pub origin: [f32; 3],
-    /// Flux of all rays; NaN where a text states none.
-    pub flux: f32,
-    /// Millimetres of the unit of length.
-    pub millimetres: f32,
-}
 
 /// Reads rays from a file.
 pub struct LightToolsReader<R> {
@@ -90,13 +65,14 @@ impl<R: Read> LightToolsReader<R> {
             let expected = "colour information 0 (none) or 2 (wavelengths)";
             return Err(FormatError::offset(20, expected, "1 (tristimulus values)").into());
         }
-        let unit = code(24, "a unit of length from 1 (mm) to 7 (nm)", 1..=UNITS.len() as u32)?;
+        let unit =
+            code(24, "a unit of length from 1 (mm) to 7 (nm)", 1..=LIGHTTOOLS_UNITS.len() as u32)?;
         let header = LightToolsHeader {
             radiant,
             coloured: colour == 2,
             origin: [28, 32, 36].map(|at| f32_at(&bytes, at)),
             flux: f32_at(&bytes, 40),
-            millimetres: UNITS[unit as usize - 1].1,
+            millimetres: LIGHTTOOLS_UNITS[unit as usize - 1].1,
         };
         if !header.origin.iter().all(|o| o.is_finite()) {
             let got = format!("{:?}", header.origin);

@@ -11,7 +11,8 @@
 //! code of TM25RaySetTools (`ZemaxBinary.h`).
 
 use crate::rays::{
-    Counted, RayBlocks, RayFileError, RayRecord, RaySink, f32_at, u32_at, vector_at,
+    Counted, RayBlocks, RayFileError, RayRecord, RaySink, ZEMAX_MILLIMETRES, f32_at, u32_at,
+    vector_at,
 };
 use crate::text::FormatError;
 use std::io::{Read, Seek, Write};
@@ -22,8 +23,6 @@ pub const IDENTIFIERS: [u32; 2] = [1010, 8_675_309];
 const HEADER: usize = 208;
 /// Bytes of the description.
 const DESCRIPTION: usize = 100;
-/// Millimetres of the units of length: m, inch, cm, foot, mm.
-pub(crate) const MILLIMETRES: [f32; 5] = [1000.0, 25.4, 10.0, 304.8, 1.0];
 /// Code of millimetres.
 const IN_MILLIMETRES: u32 = 4;
 /// Most rays of a file.
@@ -83,7 +82,7 @@ impl<R: Read> ZemaxReader<R> {
             flux: f32_at(&bytes, 112),
             coloured,
             radiant: coloured || !luminous,
-            millimetres: MILLIMETRES[unit as usize],
+            millimetres: ZEMAX_MILLIMETRES[unit as usize],
         };
         let stride = if coloured { 32 } else { 28 };
         let rays = RayBlocks::new(source, header.rays, stride, length)?;
