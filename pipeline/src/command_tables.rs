@@ -60,7 +60,7 @@ fn table(name: &str, mut arguments: Vec<&Arg>) -> String {
 /// How an argument is written: `--paths N`, `DESIGN.toml`.
 fn words(argument: &Arg) -> String {
     let names = argument.get_value_names().unwrap_or_default();
-    let value = names.iter().map(|name| name.as_str()).collect::<Vec<_>>().join(" ");
+    let value = names.iter().map(clap::builder::Str::as_str).collect::<Vec<_>>().join(" ");
     let takes_value = argument.get_action().takes_values() && !value.is_empty();
     let value = if takes_value { format!(" {value}") } else { String::new() };
     match (argument.get_long(), argument.get_short()) {

@@ -148,7 +148,7 @@ impl FigureEntry {
 
     /// The same with ends where figures of this unit have theirs: a fraction at 0 and 1, an angle at 0
     /// and 180°, light at 0. A ratio has no largest value: one that may be 0, or more than
-    /// [`LARGEST_RATIO`], is not resolved.
+    /// `LARGEST_RATIO`, is not resolved.
     #[must_use]
     pub fn in_range(self, unit: Unit) -> Self {
         let [least, most] = range(unit);

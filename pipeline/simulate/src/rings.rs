@@ -2,7 +2,7 @@
 //! Tables of chosen rings, one after another, with the time and cost of each.
 //!
 //! Each table is handed over as soon as it is solved: a caller need not hold all of them, and a
-//! stopped run loses one ring at most. Keys and cache are those of [`simulate::tables`].
+//! stopped run loses one ring at most. Keys and cache are those of [`crate::tables`].
 
 use std::fmt::{self, Display};
 use std::str::FromStr;
