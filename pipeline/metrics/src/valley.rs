@@ -62,17 +62,14 @@ enum Place {
     Bin(usize),
 }
 
-/// True if bins of `grid` are narrow enough for a fit about the middle of the first of `segments`,
-/// which are all of about one length.
-pub fn fits(grid: Grid, segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> bool {
-    segments.first().is_none_or(|ends| has_middle(grid, None, *ends, pitch_mm))
-}
-
-/// True if a window about the middle of a segment holds bins enough for a fit.
-fn has_middle(grid: Grid, counted: Option<&[f64]>, ends: [[f64; 2]; 2], pitch_mm: f64) -> bool {
-    let [a, b] = ends;
-    let middle = [0, 1].map(|k| 0.5 * (a[k] + b[k]));
-    Window::about((grid, counted), middle, ends, pitch_mm).is_some()
+/// True if the bins of a grid of which something counts (all without parts) are narrow enough for a
+/// fit about the middle of the first of `segments`, which are all of about one length.
+pub fn fits(bins: (Grid, Option<&[f64]>), segments: &[[[f64; 2]; 2]], pitch_mm: f64) -> bool {
+    segments.first().is_none_or(|ends| {
+        let [a, b] = *ends;
+        let middle = [0, 1].map(|k| 0.5 * (a[k] + b[k]));
+        Window::about(bins, middle, *ends, pitch_mm).is_some()
+    })
 }
 
 impl Valley {
@@ -81,7 +78,8 @@ impl Valley {
         let segment = |ends: &_| Arc::new(Segment { ends: *ends, windows: OnceLock::new() });
         let each = segments.iter().map(segment).collect();
         let valley = FittedValley { grid, segments: each, pitch_mm, counted: None };
-        (!segments.is_empty() && fits(grid, segments, pitch_mm)).then_some(Self::Fit(valley))
+        (!segments.is_empty() && fits((grid, None), segments, pitch_mm))
+            .then_some(Self::Fit(valley))
     }
 
     /// From the bins that `segments` pass through, as a display of the map and its cross-section
@@ -109,13 +107,11 @@ impl Valley {
     pub fn counting(self, counted: &[f64]) -> Option<Self> {
         match self {
             Self::Fit(valley) => {
-                let ends = valley.segments.first()?.ends;
-                let is_read = has_middle(valley.grid, Some(counted), ends, valley.pitch_mm);
+                let ends: Vec<_> = valley.segments.iter().map(|segment| segment.ends).collect();
+                let is_read = fits((valley.grid, Some(counted)), &ends, valley.pitch_mm);
                 let counted = Some(counted.to_vec());
-                let fresh = |segment: &Arc<Segment>| {
-                    Arc::new(Segment { ends: segment.ends, windows: OnceLock::new() })
-                };
-                let segments = valley.segments.iter().map(fresh).collect();
+                let fresh = |ends| Arc::new(Segment { ends, windows: OnceLock::new() });
+                let segments = ends.into_iter().map(fresh).collect();
                 is_read.then_some(Self::Fit(FittedValley { segments, counted, ..valley }))
             }
             Self::Bins(mut bins) => {

@@ -166,7 +166,17 @@ mod tests {
             ky: vec![0.0, 0.6, 0.95, 1.2],
         };
         let more = serde_json::Map::from_iter([("solver".to_owned(), "closed form".into())]);
-        let header = TableHeader { design: "d1".to_owned(), more, ..TableHeader::default() };
+        let header = TableHeader {
+            design: "d1".to_owned(),
+            ring: "75".to_owned(),
+            length_unit: "um".to_owned(),
+            truncation: 60,
+            slices: 128,
+            estimated_error: 1.3e-3,
+            energy_residual: 2e-12,
+            more,
+            ..TableHeader::default()
+        };
         let rows = grid.rows(|side, kx, ky, polarisation| {
             let of_s = if polarisation == Polarisation::S { 0.1 } else { 0.0 };
             vec![OrderEfficiency::new(side, 0, 0.3 + 0.1 * kx.sin() * ky + of_s)]

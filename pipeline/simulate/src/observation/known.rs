@@ -23,6 +23,7 @@ use super::reader::unit_of_receiver;
 use super::readers::{figures_of, has_lumens};
 use super::{Observation, accounts, layout, plane_grid};
 use crate::dome_surface::dome_surface;
+use crate::lit;
 use crate::model::Model;
 use crate::scene;
 use crate::units::Units;
@@ -193,9 +194,10 @@ fn missing(design: &Design, figure: &Definition) -> Option<&'static str> {
 }
 
 /// False with bins too wide for a fit to the valley.
-fn fits(design: &Design, layout: &Layout) -> bool {
-    let grid = plane_grid(design);
-    design.receiver.read_bin_mm.is_some() || valley::fits(grid, &layout.straight(), layout.pitch_mm)
+pub(super) fn fits(design: &Design, layout: &Layout) -> bool {
+    let counted = lit::of_plane(design).map(|lit| lit.counted);
+    let bins = (plane_grid(design), counted.as_deref());
+    design.receiver.read_bin_mm.is_some() || valley::fits(bins, &layout.straight(), layout.pitch_mm)
 }
 
 fn has_wavelengths(design: &Design) -> bool {

@@ -9,11 +9,10 @@ use metrics::estimate::DISTINCT;
 use metrics::far_field::{FarFieldReading, PeakPlace};
 use metrics::plural::count;
 use metrics::quantity::Unit;
-use metrics::valley;
 use results::shown;
 
 use super::map_reader::MapReader;
-use super::{Observation, far_field_reading, layout, plane_grid};
+use super::{Observation, far_field_reading, known, layout};
 use crate::symmetry::{cuts, symmetry};
 
 /// Least difference of an angle between half-planes that is told, as a part of the larger.
@@ -67,7 +66,7 @@ impl Observation {
         let fits = |bin_mm: f64| {
             let mut design = design.clone();
             design.receiver.bin_mm = bin_mm;
-            valley::fits(plane_grid(&design), &layout.straight(), layout.pitch_mm)
+            known::fits(&design, &layout)
         };
         let decades = (-3..=3).rev().map(|power| 10f64.powi(power));
         let widths = decades.flat_map(|decade| [5.0, 2.5, 2.0, 1.0].map(|w| w * decade));
