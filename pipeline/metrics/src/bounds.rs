@@ -2,9 +2,10 @@
 //! Bounds of a figure.
 
 use anyhow::{Result, ensure};
+use serde::{Deserialize, Serialize};
 
 /// A least value, a largest one, or both.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Bounds {
     /// Least value.
     pub at_least: Option<f64>,

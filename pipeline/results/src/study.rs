@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `study.json` as a file, as far as pictures and the page need it.
+//! `study.json` as a file: the same types write it and read it.
 //!
 //! The reference is `docs/reference/study-file.md`.
 
@@ -22,8 +22,14 @@ pub const FILE: &str = "study.json";
 pub const SCHEMA_VERSION: u32 = 4;
 
 /// The whole file.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StudyFile {
+    /// `batwing-study`.
+    pub schema: String,
+    /// [`SCHEMA_VERSION`] of the program that wrote it.
+    pub schema_version: u32,
+    /// `batwing`.
+    pub program: String,
     /// Version of the program that wrote it.
     pub version: String,
     /// Name of the study.
@@ -39,6 +45,8 @@ pub struct StudyFile {
     pub files: Vec<FileRecord>,
     /// Scales of misses by figure.
     pub scales: BTreeMap<String, f64>,
+    /// Factors in the order of the study.
+    pub factors: Vec<FactorEntry>,
     /// Set-ups, the base first.
     pub setups: Vec<SetupEntry>,
     /// Set-ups that make no design.
@@ -52,17 +60,34 @@ pub struct StudyFile {
     pub sensitivities: Vec<SensitivityEntry>,
 }
 
+/// A factor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FactorEntry {
+    /// Name.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// The key, for a factor of one key.
+    pub key: Option<String>,
+    /// Names of its levels.
+    pub levels: Vec<String>,
+}
+
 /// A set-up and its figures.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SetupEntry {
     /// Name.
     pub name: String,
+    /// Factor → level, where it is not that of the base.
+    pub levels: BTreeMap<String, String>,
+    /// Misfit to the targets, where it has all figures with a target.
+    pub misfit: Option<Estimate>,
     /// Figures of all traces, in the order of the tables.
     pub figures: Vec<StudyFigureEntry>,
 }
 
 /// A figure of a trace of a set-up.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StudyFigureEntry {
     /// Name of the design.
     pub design: String,
@@ -71,25 +96,25 @@ pub struct StudyFigureEntry {
     /// Key of the figure.
     pub figure: String,
     /// Symbol of the unit of a figure that depends on the light; empty where its key says it.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub unit: String,
     /// Value, standard error and state.
     #[serde(flatten)]
     pub value: FigureEntry,
     /// Difference from the base.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub change: Option<FigureEntry>,
     /// Value sought.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<f64>,
-    /// Least value sought.
-    #[serde(default)]
-    pub at_least: Option<f64>,
-    /// Largest value sought.
-    #[serde(default)]
-    pub at_most: Option<f64>,
+    /// Bounds sought.
+    #[serde(flatten)]
+    pub bounds: Option<Bounds>,
+    /// Signed distance from the target in scales.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub miss: Option<f64>,
     /// Verdict on a figure with a target.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub verdict: Option<Verdict>,
 }
 
@@ -103,21 +128,25 @@ pub struct LeftOutEntry {
 }
 
 /// A set-up in the ranking.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RankedEntry {
     /// Name.
     pub setup: String,
     /// Misfit.
     pub misfit: Estimate,
+    /// Excess over the first one.
+    pub above_first: Estimate,
     /// True where it cannot be told from the first.
     pub tied_with_first: bool,
 }
 
 /// Change of a figure for one unit of a factor.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SensitivityEntry {
     /// Name of the factor.
     pub factor: String,
+    /// Its key.
+    pub key: Option<String>,
     /// Name of the design.
     pub design: String,
     /// Key of the model.
@@ -147,8 +176,7 @@ impl StudyFigureEntry {
 
     /// Value or bounds sought.
     pub fn sought(&self) -> Option<Sought> {
-        let bounds = Bounds { at_least: self.at_least, at_most: self.at_most };
-        let is_bounded = self.at_least.or(self.at_most).is_some();
-        self.target.map(Sought::Near).or(is_bounded.then_some(Sought::Within(bounds)))
+        let bounds = self.bounds.filter(|bounds| bounds.at_least.or(bounds.at_most).is_some());
+        self.target.map(Sought::Near).or(bounds.map(Sought::Within))
     }
 }

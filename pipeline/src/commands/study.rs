@@ -13,14 +13,13 @@ use arrays::csv;
 use experiment::checked_file::Texts;
 use experiment::study;
 use experiment::study::compute::{compute, shared_traces};
-use experiment::study::study_results::{FigureRow, StudyResults};
-use experiment::study::trace_figures::TraceId;
+use experiment::study::study_results::StudyResults;
 use metrics::Bounds;
 use metrics::plural::count;
 use report::study as study_pictures;
 use results::figure_entry::COLUMNS;
 use results::shown;
-use results::study::{FILE, LeftOutEntry, StudyFile};
+use results::study::{FILE, LeftOutEntry, SetupEntry, StudyFigureEntry, StudyFile};
 use results::target::{Sought, Target, Verdict};
 use runtime::atomic_file;
 use runtime::content_hash::sealed;
@@ -95,9 +94,9 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
     let path = |name: &str| arguments.out.join(name);
     atomic_file::supersede(&path(FILE))?;
     let headings: Vec<&str> = [&PLACE[..], &COLUMNS, &CHANGE, &TARGET].concat();
-    csv::write_text_csv(&path(TABLE), &headings, &rows(&outcome))?;
-    let json = outcome.to_json(&[FileRecord::of_output(&arguments.out, TABLE)?]);
-    let file: StudyFile = serde_json::from_value(json.clone())?;
+    let mut file = outcome.to_file();
+    csv::write_text_csv(&path(TABLE), &headings, &rows(&outcome, &file))?;
+    file.files = vec![FileRecord::of_output(&arguments.out, TABLE)?];
     if let Some(picture) = study_pictures::misfit_picture(&file)? {
         atomic_file::write_bytes(&path("misfit.png"), &picture.png()?)?;
     }
@@ -106,7 +105,7 @@ pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
             atomic_file::write_bytes(&path(&format!("change-{figure}.png")), &picture.png()?)?;
         }
     }
-    let json = sealed(json)?;
+    let json = sealed(serde_json::to_value(&file)?)?;
     atomic_file::write_json(&path(FILE), &json)?;
     context.console.result(&json, || {
         format!("{}\nwritten to {}", describe(&outcome, &file), arguments.out.display())
@@ -120,35 +119,40 @@ const CHANGE: [&str; 4] = ["change", "change_standard_error", "change_low", "cha
 
 const NO_BOUNDS: Bounds = Bounds { at_least: None, at_most: None };
 
-fn rows(outcome: &StudyResults) -> Vec<Vec<String>> {
+fn rows(outcome: &StudyResults, file: &StudyFile) -> Vec<Vec<String>> {
     let mut rows = Vec::new();
-    for (i, (setup, _)) in outcome.study.setups.iter().enumerate() {
+    for (index, setup) in file.setups.iter().enumerate() {
         let levels: Vec<String> = setup.levels.iter().map(|(f, l)| format!("{f}={l}")).collect();
-        let place = |place: &TraceId, figure: &str| {
-            [&setup.name, &levels.join("; "), &place.design, &place.model, figure]
-                .map(str::to_owned)
+        let place = |design: &str, model: &str, figure: &str| {
+            [&setup.name, &levels.join("; "), design, model, figure].map(str::to_owned)
         };
-        for line in outcome.lines(i) {
-            let change = line.change.map(|change| change.columns()).unwrap_or_default();
-            let verdict = line.verdict().map_or("", Verdict::words);
+        for entry in &setup.figures {
+            let change = entry.change.map(|change| change.columns()).unwrap_or_default();
+            let verdict = entry.verdict.map_or("", Verdict::words);
             rows.push(
                 [
-                    &place(line.place, line.figure)[..],
-                    &line.value.columns(),
+                    &place(&entry.design, &entry.model, &entry.figure)[..],
+                    &entry.value.columns(),
                     &change[..CHANGE.len()],
-                    &target_columns(line.target, verdict),
+                    &target_columns(target(outcome, entry), verdict),
                 ]
                 .concat(),
             );
         }
-        for absent in outcome.absent(i) {
+        for absent in outcome.absent(index) {
             let none = vec![String::new(); COLUMNS.len() + CHANGE.len()];
             let verdict = format!("no figure: {}", absent.why);
             let target = target_columns(Some(absent.target), &verdict);
-            rows.push([&place(absent.place, absent.figure)[..], &none, &target].concat());
+            let place = place(&absent.place.design, &absent.place.model, absent.figure);
+            rows.push([&place[..], &none, &target].concat());
         }
     }
     rows
+}
+
+/// Target of a figure.
+fn target(outcome: &StudyResults, entry: &StudyFigureEntry) -> Option<Target> {
+    outcome.study.targets.of(&entry.design, &entry.model, &entry.figure)
 }
 
 /// Cells under [`TARGET`].
@@ -169,22 +173,22 @@ fn target_columns(target: Option<Target>, verdict: &str) -> [String; 5] {
 }
 
 fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
-    let (study, ranking) = (outcome.study, outcome.ranking());
-    let mut text = count(study.setups.len(), "set-up");
-    for LeftOutEntry { setup, why } in &study.impossible {
+    let ranking = &file.ranking;
+    let mut text = count(file.setups.len(), "set-up");
+    for LeftOutEntry { setup, why } in &file.impossible {
         // Writing to a string cannot fail.
         let _ = write!(text, "\nimpossible: {setup}: {why}");
     }
-    if ranking.is_empty() {
+    let by_name = |name: &str| file.setups.iter().find(|setup| setup.name == name);
+    let Some(first) = ranking.first().and_then(|first| by_name(&first.setup)) else {
         return text;
-    }
+    };
     // Writing to a string cannot fail.
     let _ = writeln!(text, "; root mean square of misses in units of their scales:");
     for ranked in ranking.iter().take(study_pictures::SHOWN) {
-        let misfit = ranked.misfit;
-        let number = shown::with_error(misfit);
-        let name = &study.setups[ranked.setup].0.name;
-        let _ = writeln!(text, "{number:>18}  {name}: {}", verdicts(outcome, ranked.setup));
+        let number = shown::with_error(ranked.misfit);
+        let verdicts = by_name(&ranked.setup).map(verdicts).unwrap_or_default();
+        let _ = writeln!(text, "{number:>18}  {}: {verdicts}", ranked.setup);
     }
     if ranking.len() > study_pictures::SHOWN {
         let _ = writeln!(text, "and {} more", ranking.len() - study_pictures::SHOWN);
@@ -195,34 +199,28 @@ fn describe(outcome: &StudyResults, file: &StudyFile) -> String {
     for left_out in &file.unranked {
         let _ = writeln!(text, "not ranked: {}: {}", left_out.setup, left_out.why);
     }
-    let first = ranking[0].setup;
-    let _ = writeln!(text, "targets of {}:", study.setups[first].0.name);
-    for line in outcome.lines(first) {
-        let Some(target) = line.target else {
+    let _ = writeln!(text, "targets of {}:", first.name);
+    for entry in &first.figures {
+        let (Some(target), Some(verdict)) = (target(outcome, entry), entry.verdict) else {
             continue;
         };
-        let (place, figure) = (line.place, line.figure);
-        let unit = line.unit;
-        let reached = shown::text(&line.value, unit);
-        let verdict = target.judge(&line.value).words();
+        let StudyFigureEntry { design, model, figure, .. } = entry;
+        let unit = entry.unit();
+        let reached = shown::text(&entry.value, unit);
         let _ = writeln!(
             text,
-            "{reached:>18}  {figure} of {} {}, {}: {verdict}",
-            place.design,
-            place.model,
-            target.words(unit)
+            "{reached:>18}  {figure} of {design} {model}, {}: {}",
+            target.words(unit),
+            verdict.words()
         );
     }
     text
 }
 
 /// Numbers of targets of a set-up by their verdicts.
-fn verdicts(outcome: &StudyResults, setup: usize) -> String {
-    let lines: Vec<FigureRow> = outcome.lines(setup).collect();
-    let all = lines.iter().filter_map(FigureRow::verdict);
-    let all: Vec<Verdict> = all.collect();
+fn verdicts(setup: &SetupEntry) -> String {
     let counted = [Verdict::Met, Verdict::NotMet, Verdict::NotResolved].map(|verdict| {
-        let number = all.iter().filter(|other| **other == verdict).count();
+        let number = setup.figures.iter().filter(|entry| entry.verdict == Some(verdict)).count();
         (number > 0).then(|| format!("{number} {}", verdict.words()))
     });
     counted.into_iter().flatten().collect::<Vec<_>>().join(", ")

@@ -8,22 +8,20 @@
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-use serde_json::{Value, json};
-
 use metrics::estimate::DISTINCT;
-use metrics::quantity::Unit;
 use metrics::{Estimate, spread};
-use results::figure_entry::FigureEntry;
 use results::paired_figure::{PairedFigure, jump};
 use results::shown::named;
-use results::study::{LeftOutEntry, SCHEMA_VERSION};
+use results::study::{
+    FactorEntry, LeftOutEntry, RankedEntry, SCHEMA_VERSION, SensitivityEntry, SetupEntry,
+    StudyFigureEntry, StudyFile,
+};
 use results::target::{Sought, Target, Verdict};
-use runtime::provenance::FileRecord;
-use simulate::observation::{is_comparable, unit_of, why_absent};
+use simulate::observation::{is_comparable, unit_in_files, why_absent};
 
 use super::definition::Study;
 use super::targets::Targets;
-use super::trace_figures::{SetupFigures, TraceId, find};
+use super::trace_figures::{SetupFigures, TraceFigures, TraceId, find};
 
 /// A misfit, with and without each group of paths.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,24 +51,6 @@ impl Misfit {
         let common = (self.common_error - other.common_error).abs().max(jump / 3f64.sqrt());
         let hidden = self.hidden_error.hypot(other.hidden_error).hypot(common);
         Estimate::new(value, spread(&differences).hypot(hidden))
-    }
-}
-
-/// A set-up in the ranking.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Ranked {
-    /// Number of the set-up.
-    pub setup: usize,
-    /// Misfit of the set-up.
-    pub misfit: Estimate,
-    /// Excess over the first one.
-    pub above_first: Estimate,
-}
-
-impl Ranked {
-    /// True where it cannot be told from the first one, which itself is among these.
-    pub fn is_tied(&self) -> bool {
-        self.above_first.value <= DISTINCT * self.above_first.standard_error
     }
 }
 
@@ -148,42 +128,36 @@ pub struct AbsentFigure<'a> {
     pub why: String,
 }
 
-/// One line of the tidy table.
-pub struct FigureRow<'a> {
-    /// Design and model.
-    pub place: &'a TraceId,
-    /// Name of the figure.
-    pub figure: &'a str,
-    /// Unit.
-    pub unit: Unit,
-    /// Value.
-    pub value: FigureEntry,
-    /// Difference from the base.
-    pub change: Option<FigureEntry>,
-    /// Target.
-    pub target: Option<Target>,
-}
-
 impl StudyResults<'_> {
     /// Set-ups by misfit, the smallest first, and of equal ones the one that meets more targets; empty
     /// without targets.
-    pub fn ranking(&self) -> Vec<Ranked> {
-        let misfits = self.found.iter().enumerate();
-        let mut all: Vec<(usize, Misfit)> = misfits
-            .filter_map(|(i, found)| Some((i, misfit(found, &self.found[0], &self.study.targets)?)))
+    fn ranking(&self, setups: &[SetupEntry]) -> Vec<RankedEntry> {
+        let mut misfits: Vec<(&SetupEntry, Misfit)> = setups
+            .iter()
+            .zip(&self.found)
+            .filter_map(|(setup, found)| Some((setup, self.misfit(found)?)))
             .collect();
-        let met = |setup: usize| {
-            let verdicts = self.lines(setup).filter_map(|line| line.verdict());
-            Reverse(verdicts.filter(|verdict| *verdict == Verdict::Met).count())
+        let met = |setup: &SetupEntry| {
+            let verdicts = setup.figures.iter().filter(|figure| figure.verdict == Some(Verdict::Met));
+            Reverse(verdicts.count())
         };
-        all.sort_by_cached_key(|(setup, _)| met(*setup));
-        all.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-        let ranked = |(setup, misfit): &(usize, Misfit)| Ranked {
-            setup: *setup,
-            misfit: misfit.estimate(),
-            above_first: misfit.above(&all[0].1),
+        misfits.sort_by_cached_key(|(setup, _)| met(setup));
+        misfits.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
+        let ranked = |(setup, misfit): &(&SetupEntry, Misfit)| {
+            let above_first = misfit.above(&misfits[0].1);
+            RankedEntry {
+                setup: setup.name.clone(),
+                misfit: misfit.estimate(),
+                above_first,
+                tied_with_first: is_tied(above_first),
+            }
         };
-        all.iter().map(ranked).collect()
+        misfits.iter().map(ranked).collect()
+    }
+
+    /// Misfit of a set-up.
+    fn misfit(&self, found: &SetupFigures) -> Option<Misfit> {
+        misfit(found, &self.found[0], &self.study.targets)
     }
 
     /// Figures with a target that set-up `index` has not; it is not ranked then.
@@ -215,24 +189,36 @@ impl StudyResults<'_> {
     }
 
     /// Every figure of set-up `index`.
-    pub fn lines(&self, index: usize) -> impl Iterator<Item = FigureRow<'_>> {
+    fn figures(&self, index: usize) -> Vec<StudyFigureEntry> {
         let designs = &self.study.setups[index].1;
-        self.found[index].iter().flat_map(move |(place, judged)| {
+        let of_trace = |(place, judged): (&TraceId, &TraceFigures)| {
             let design = designs.iter().find(|design| design.name == place.design);
-            let unit = move |key: &str| design.map_or(named(key).1, |design| unit_of(design, key));
-            let is_compared = move |key: &str| index > 0 && self.is_comparable(index, place, key);
-            judged.figures.iter().map(move |(name, figure)| FigureRow {
-                place,
-                figure: name,
-                unit: unit(name),
-                value: figure.entry,
-                change: is_compared(name)
-                    .then(|| self.base(place, name))
-                    .flatten()
-                    .map(|b| figure.change(b).in_range_of_changes(named(name).1)),
-                target: self.study.targets.of(&place.design, &place.model, name),
-            })
-        })
+            let entry = |(name, figure): &(String, PairedFigure)| {
+                let base = (index > 0 && self.is_comparable(index, place, name))
+                    .then(|| find(&self.found[0], place, name))
+                    .flatten();
+                let target = self.study.targets.of(&place.design, &place.model, name);
+                let (near, bounds) = match target.map(|target| target.sought) {
+                    Some(Sought::Near(value)) => (Some(value), None),
+                    Some(Sought::Within(bounds)) => (None, Some(bounds)),
+                    None => (None, None),
+                };
+                StudyFigureEntry {
+                    design: place.design.clone(),
+                    model: place.model.clone(),
+                    figure: name.clone(),
+                    unit: design.map_or_else(String::new, |design| unit_in_files(design, name)),
+                    value: figure.entry,
+                    change: base.map(|b| figure.change(b).in_range_of_changes(named(name).1)),
+                    target: near,
+                    bounds,
+                    miss: target.map(|target| target.miss(figure.entry.value)),
+                    verdict: target.map(|target| target.judge(&figure.entry)),
+                }
+            };
+            judged.figures.iter().map(entry).collect::<Vec<_>>()
+        };
+        self.found[index].iter().flat_map(of_trace).collect()
     }
 
     /// True where a figure of set-up `index` may be subtracted from that of the base.
@@ -243,13 +229,9 @@ impl StudyResults<'_> {
         of(0).zip(of(index)).is_some_and(|(base, design)| is_comparable(base, design, figure))
     }
 
-    fn base(&self, place: &TraceId, figure: &str) -> Option<&PairedFigure> {
-        find(&self.found[0], place, figure)
-    }
-
     /// Sensitivities: change of every figure per unit of each numeric factor, the slope of the line
     /// through its levels.
-    fn slopes(&self) -> Vec<Value> {
+    fn slopes(&self) -> Vec<SensitivityEntry> {
         let mut slopes = Vec::new();
         for factor in &self.study.factors {
             let Some(numbers) = &factor.numbers else {
@@ -280,95 +262,61 @@ impl StudyResults<'_> {
                     let Some(slope) = points.and_then(|p| slope(&p)) else {
                         continue;
                     };
-                    slopes.push(json!({
-                        "factor": factor.name,
-                        "key": factor.key,
-                        "design": place.design,
-                        "model": place.model,
-                        "figure": name,
-                        "change_per_unit": slope,
-                    }));
+                    slopes.push(SensitivityEntry {
+                        factor: factor.name.clone(),
+                        key: factor.key.clone(),
+                        design: place.design.clone(),
+                        model: place.model.clone(),
+                        figure: name.clone(),
+                        change_per_unit: slope,
+                    });
                 }
             }
         }
         slopes
     }
 
-    /// The content of `study.json` (`docs/reference/study-file.md`); `files` are those beside it.
-    pub fn to_json(&self, files: &[FileRecord]) -> Value {
-        let setups = self.study.setups.iter().enumerate().map(|(i, (setup, _))| {
-            let figures: Vec<Value> = self.lines(i).map(|l| l.to_json()).collect();
-            json!({
-                "name": setup.name,
-                "levels": setup.levels,
-                "misfit": misfit(&self.found[i], &self.found[0], &self.study.targets).map(|m| m.estimate()),
-                "figures": figures,
-            })
+    /// The content of `study.json` (`docs/reference/study-file.md`), without the files beside it.
+    pub fn to_file(&self) -> StudyFile {
+        let study = self.study;
+        let setups = study.setups.iter().enumerate().map(|(index, (setup, _))| SetupEntry {
+            name: setup.name.clone(),
+            levels: setup.levels.clone(),
+            misfit: self.misfit(&self.found[index]).map(|misfit| misfit.estimate()),
+            figures: self.figures(index),
         });
-        let factors = self.study.factors.iter().map(|f| {
-            let levels: Vec<&String> = f.levels.iter().map(|l| &l.0).collect();
-            json!({"name": f.name, "description": f.description, "key": f.key, "levels": levels})
+        let setups: Vec<SetupEntry> = setups.collect();
+        let factors = study.factors.iter().map(|factor| FactorEntry {
+            name: factor.name.clone(),
+            description: factor.description.clone(),
+            key: factor.key.clone(),
+            levels: factor.levels.iter().map(|(level, _)| level.clone()).collect(),
         });
-        let ranking = self.ranking();
-        let ranking = ranking.iter().map(|ranked| {
-            json!({
-                "setup": self.study.setups[ranked.setup].0.name,
-                "misfit": ranked.misfit,
-                "above_first": ranked.above_first,
-                "tied_with_first": ranked.is_tied(),
-            })
-        });
-        json!({
-            "schema": "batwing-study",
-            "schema_version": SCHEMA_VERSION,
-            "program": "batwing",
-            "version": env!("CARGO_PKG_VERSION"),
-            "name": self.study.file.name,
-            "description": self.study.file.description,
-            "seed": self.seed,
-            "inputs": self.study.inputs,
-            "files": files,
-            "scales": self.study.targets.scales,
-            "factors": factors.collect::<Vec<_>>(),
-            "setups": setups.collect::<Vec<_>>(),
-            "impossible": self.study.impossible,
-            "ranking": ranking.collect::<Vec<_>>(),
-            "unranked": self.unranked(),
-            "sensitivities": self.slopes(),
-        })
+        StudyFile {
+            schema: "batwing-study".to_owned(),
+            schema_version: SCHEMA_VERSION,
+            program: "batwing".to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            name: study.file.name.clone(),
+            description: study.file.description.clone(),
+            seed: self.seed,
+            inputs: study.inputs.clone(),
+            files: Vec::new(),
+            scales: study.targets.scales.clone(),
+            factors: factors.collect(),
+            ranking: self.ranking(&setups),
+            setups,
+            impossible: study.impossible.clone(),
+            unranked: self.unranked(),
+            sensitivities: self.slopes(),
+        }
     }
 }
 
-impl FigureRow<'_> {
-    /// Verdict on a figure with a target.
-    pub fn verdict(&self) -> Option<Verdict> {
-        Some(self.target?.judge(&self.value))
-    }
-
-    fn to_json(&self) -> Value {
-        let mut line = json!(self.value);
-        line["design"] = json!(self.place.design);
-        line["model"] = json!(self.place.model);
-        line["figure"] = json!(self.figure);
-        if named(self.figure).1 != self.unit {
-            line["unit"] = json!(self.unit.symbol());
-        }
-        if let Some(change) = self.change {
-            line["change"] = json!(change);
-        }
-        if let Some(target) = self.target {
-            match target.sought {
-                Sought::Near(value) => line["target"] = value.into(),
-                Sought::Within(bounds) => {
-                    line["at_least"] = json!(bounds.at_least);
-                    line["at_most"] = json!(bounds.at_most);
-                }
-            }
-            line["miss"] = target.miss(self.value.value).into();
-            line["verdict"] = json!(target.judge(&self.value));
-        }
-        line
-    }
+/// True of an excess over the first set-up that cannot be told from none; that of the first is among
+/// these.
+fn is_tied(above_first: Estimate) -> bool {
+    above_first.value <= DISTINCT * above_first.standard_error
 }
 
 /// Slope of the least-squares line through `points`, with its standard error; `None` where all x
@@ -396,7 +344,6 @@ fn slope(points: &[(f64, &PairedFigure)]) -> Option<Estimate> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::trace_figures::TraceFigures;
     use super::*;
 
     fn figure(value: f64, without: &[f64]) -> PairedFigure {
@@ -426,12 +373,11 @@ mod tests {
         let first = of(&found(figure(0.77, &[0.77, 0.78, 0.76]))).expect("a target");
         let above = third.above(&first);
         assert!((above.value - 1.0).abs() < 1e-12 && above.standard_error < 1e-12);
-        let ranked = |above_first| Ranked { setup: 0, misfit: estimate, above_first };
-        assert!(!ranked(above).is_tied() && ranked(first.above(&first)).is_tied());
-        assert!(ranked(Estimate::new(0.2, 0.1)).is_tied());
+        assert!(!is_tied(above) && is_tied(first.above(&first)));
+        assert!(is_tied(Estimate::new(0.2, 0.1)));
         // A value that jumps where all replicates hold is not told by their scatter.
         let jumped = of(&found(figure(0.83, &[0.77, 0.78, 0.76]))).expect("a target");
-        assert!(ranked(jumped.above(&first)).is_tied());
+        assert!(is_tied(jumped.above(&first)));
         // A peak that is a bin errs by a third of half its width, whatever the replicates say.
         let mut bin = figure(0.79, &[0.79, 0.79, 0.79]);
         bin.entry.interval = Some([0.76, 0.82]);
