@@ -11,7 +11,7 @@ use glam::DVec3;
 use design::Design;
 use report::paper_figures::{ELEMENTS, elements_picture};
 use report::plots::{Heading, grating_lobes};
-use results::schema::{CurveEntry, CurvesEntry, LobeEntry, LobesEntry, PaperFigures};
+use results::schema::{CurveEntry, CurvesEntry, DomeParts, LobeEntry, LobesEntry};
 use runtime::atomic_file::write_bytes;
 use runtime::run_context::RunContext;
 use simulate::cells::outline;
@@ -39,7 +39,7 @@ pub fn all(
     tables: &DesignTables,
     out: &Path,
     context: RunContext,
-) -> Result<PaperFigures> {
+) -> Result<DomeParts> {
     let [d1, d2, d3] = designs else {
         return Err(anyhow!("figures need the three designs, got {}", designs.len()));
     };
@@ -60,7 +60,7 @@ pub fn all(
         .and_then(Option::as_ref)
         .with_context(|| format!("D1 has no relief in band {FIGURE_6}"))?;
     let sixth = ring(&folder.join(FILES[2]), band)?;
-    Ok(PaperFigures { figure_3: Some(third), figure_4: Some(fourth), figure_6: Some(sixth) })
+    Ok(DomeParts { elements: Some(third), shapes: Some(fourth), ring: Some(sixth) })
 }
 
 /// The traces of Figures 3 and 4; `designs` are D1, D2, D3.

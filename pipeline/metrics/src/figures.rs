@@ -59,7 +59,7 @@ pub struct Definition {
     pub key: &'static str,
     /// Name for people.
     pub label: &'static str,
-    /// Heading in the page's table of the paper's figures; `None` of a figure that is not there.
+    /// Heading in the table of figures that stand first; `None` of a figure that is not there.
     pub heading: Option<&'static str>,
     /// Unit of the stored value; of a figure in absolute units the radiometric one.
     pub unit: Unit,
@@ -171,7 +171,7 @@ const ANGLE_SCALE: f64 = 5.0;
 /// Scale of shares of flux.
 const SHARE_SCALE: f64 = 0.01;
 
-/// A figure that stands in none of the paper's tables.
+/// A figure that stands below the first ones.
 const fn figure(
     key: &'static str,
     label: &'static str,
@@ -201,8 +201,8 @@ const fn illuminance(key: &'static str, label: &'static str, better: Better) -> 
     figure(key, label, Unit::WattPerSquareMillimetre, Source::Illuminance, better).absolute()
 }
 
-/// A figure of the paper's tables; scales are about the precision of the published figures.
-const fn papers(
+/// A figure that stands first; scales are about the precision of figures that publications state.
+const fn first(
     key: &'static str,
     [label, heading]: [&'static str; 2],
     (unit, source): (Unit, Source),
@@ -216,7 +216,7 @@ const fn papers(
 }
 
 /// Polar angle of the largest intensity.
-pub const PEAK_ANGLE: Definition = papers(
+pub const PEAK_ANGLE: Definition = first(
     "peak_angle_deg",
     ["peak angle"; 2],
     (Unit::Degree, Source::FarField),
@@ -225,7 +225,7 @@ pub const PEAK_ANGLE: Definition = papers(
 )
 .means("Angle from the vertical at which the intensity, averaged over azimuth, is largest.");
 /// Intensity on the axis over the largest.
-pub const CENTRE_TO_PEAK: Definition = papers(
+pub const CENTRE_TO_PEAK: Definition = first(
     "centre_to_peak",
     ["centre/peak", "centre / peak"],
     (Unit::Fraction, Source::FarField),
@@ -270,13 +270,13 @@ pub const INTENSITY_PER_KILOLUMEN: Definition = of_far_field(
 )
 .absolute()
 .means("Largest intensity of the mean over azimuth for each 1000 lm that are emitted.");
-/// The paper's uniformity, along rows and columns.
+/// Uniformity on a logarithmic scale, along rows and columns.
 pub const UNIFORMITY: Definition =
-    papers("uniformity", ["uniformity"; 2], (Unit::Fraction, Source::Map), LARGER, 0.02).means("Evenness of the light on the receiver plane between neighbouring LEDs, on a logarithmic scale: 100 % where the darkest place is as bright as the brightest.");
-/// The paper's uniformity, across the diagonal of four LEDs.
+    first("uniformity", ["uniformity"; 2], (Unit::Fraction, Source::Map), LARGER, 0.02).means("Evenness of the light on the receiver plane between neighbouring LEDs, on a logarithmic scale: 100 % where the darkest place is as bright as the brightest.");
+/// Uniformity on a logarithmic scale, across the diagonal of four LEDs.
 pub const UNIFORMITY_DIAGONAL: Definition = Definition {
     adds_wavelengths: false,
-    ..papers(
+    ..first(
         "uniformity_diagonal",
         ["uniformity, diagonal"; 2],
         (Unit::Fraction, Source::Map),
@@ -288,7 +288,7 @@ pub const UNIFORMITY_DIAGONAL: Definition = Definition {
 /// Darkest place between neighbours over the largest illuminance.
 pub const VALLEY_TO_PEAK: Definition = Definition {
     adds_wavelengths: false,
-    ..papers(
+    ..first(
         "illuminance_valley_to_peak",
         ["illuminance valley/peak", "illuminance valley / peak"],
         (Unit::Fraction, Source::Map),
@@ -298,7 +298,7 @@ pub const VALLEY_TO_PEAK: Definition = Definition {
 }
 .means("Illuminance of the darkest place between neighbouring LEDs over the largest.");
 /// Power that leaves the silicone for good, per power emitted.
-pub const EXTRACTION: Definition = papers(
+pub const EXTRACTION: Definition = first(
     "extraction_efficiency",
     ["extraction"; 2],
     (Unit::Fraction, Source::Domes),
@@ -378,8 +378,8 @@ pub const FAR_FIELD: [Definition; 8] = [
     INTENSITY_PEAK,
     INTENSITY_PER_KILOLUMEN,
 ];
-/// The paper's figures of a map, in the order in which they are read.
-pub const PAPERS_MAP: [Definition; 3] = [UNIFORMITY, UNIFORMITY_DIAGONAL, VALLEY_TO_PEAK];
+/// Figures of the map between neighbours, above the zero of the design.
+pub const BETWEEN_NEIGHBOURS: [Definition; 3] = [UNIFORMITY, UNIFORMITY_DIAGONAL, VALLEY_TO_PEAK];
 /// Figures of the map in absolute units, in the order in which they are read.
 pub const ILLUMINANCE: [Definition; 3] = [
     illuminance("illuminance_above_leds", "illuminance, above LEDs", NEITHER)
@@ -497,7 +497,7 @@ pub fn of_form(form: RegionForm) -> Definition {
 /// forms of uniformity, colours, and those of flux and illuminance.
 pub fn all() -> impl Iterator<Item = Definition> {
     let forms = FORMS.into_iter().map(of_form);
-    let read = FAR_FIELD.into_iter().chain(PAPERS_MAP).chain([EXTRACTION]);
+    let read = FAR_FIELD.into_iter().chain(BETWEEN_NEIGHBOURS).chain([EXTRACTION]);
     let flux = [ESCAPED_UP, ESCAPED_DOWN, FLUX_UP, FLUX_DOWN];
     read.chain(forms).chain(COLOURS).chain(flux).chain(ILLUMINANCE)
 }

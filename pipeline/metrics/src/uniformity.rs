@@ -2,7 +2,7 @@
 //! Uniformity of the illuminance map: the darkest place between neighbouring LEDs beside the
 //! brightest, on a logarithmic scale.
 //!
-//! Equations 1 to 4 of the paper: L_N = L scaled so that its maximum is `full_scale` (256), L_log =
+//! With L_N = L scaled so that its maximum is `full_scale` (256), L_log =
 //! max(0, ln L_N), uniformity = L_log,valley / L_log,peak. With v = L_valley / L_peak this is
 //! max(0, 1 + ln v / ln 256), of the map as it is or above its smallest bin ([`above`]).
 //! Here are the figures of a single map; [`super::uniformity_forms`] adds their errors.
@@ -136,7 +136,7 @@ pub(super) fn ratio(valley: f64, peak: f64) -> f64 {
     if peak > 0.0 { valley / peak } else { 0.0 }
 }
 
-/// Equation 4: max(0, 1 + ln v / ln `full_scale`) of v = L_valley / L_peak.
+/// max(0, 1 + ln v / ln `full_scale`) of v = L_valley / L_peak.
 pub fn logarithmic(valley_to_peak: f64, full_scale: f64) -> f64 {
     if valley_to_peak <= 0.0 { 0.0 } else { (1.0 + valley_to_peak.ln() / full_scale.ln()).max(0.0) }
 }

@@ -243,7 +243,7 @@ impl Regions {
     }
 }
 
-/// The paper's figures of one illuminance map.
+/// Figures of one illuminance map between neighbours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Uniformity {
     /// Logarithmic, on the straight segments.
@@ -467,7 +467,7 @@ mod tests {
     fn an_area_whose_points_see_one_phase_is_read_over_all() {
         let whole = 1.0 / 4.0;
         for (area, is_one) in [
-            // Points in the middles of four, 16 mm apart; above LEDs; of the paper's forms.
+            // Points in the middles of four, 16 mm apart; above LEDs; of the forms of displays.
             ([[-24.0; 2], [24.0; 2]], true),
             ([[-20.0, -20.0], [28.0, 28.0]], true),
             ([[-20.0; 2], [20.0; 2]], false),

@@ -56,7 +56,7 @@ impl Published {
             is_joined |= self.join_models(entries);
         }
         if is_joined {
-            file.published_source = Some(self.source.clone());
+            file.reference_source = Some(self.source.clone());
         }
     }
 
@@ -69,7 +69,7 @@ impl Published {
             };
             for (key, figure) in &mut entry.figures {
                 if let Some(value) = of_model.get(key) {
-                    figure.published = Some(*value);
+                    figure.reference = Some(*value);
                     is_joined = true;
                 }
             }

@@ -62,9 +62,9 @@ pub struct FigureEntry {
     /// Change when the last wavelengths were added.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_error: Option<Estimate>,
-    /// Value that a publication states, as `reproduce` and `report` join it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub published: Option<f64>,
+    /// Value of reference from elsewhere, to compare with.
+    #[serde(rename = "published", default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<f64>,
 }
 
 impl FigureEntry {
@@ -202,7 +202,7 @@ impl FigureEntry {
             valley_at_mm: None,
             peak_at_mm: None,
             wavelength_error: None,
-            published: None,
+            reference: None,
         }
     }
 }

@@ -52,8 +52,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use schema::{
-    AbsoluteEntry, ModelEntries, ModelEntry, PaperFigures, PolarizationEntry, Program,
-    ReceiverEntry, ResultsFile, SpectrumEntry, StoppedBy, TableEntry, UntilError,
+    AbsoluteEntry, DomeParts, ModelEntries, ModelEntry, PolarizationEntry, Program, ReceiverEntry,
+    ResultsFile, SpectrumEntry, StoppedBy, TableEntry, UntilError,
 };
 use serde_json::Value;
 
@@ -137,12 +137,12 @@ pub struct Results {
     pub seed: u64,
     /// Files that went in.
     pub inputs: Vec<FileRecord>,
-    /// The designs that were run, or compared with published figures.
+    /// The designs that were run, or are compared with values of reference.
     pub designs: Vec<DesignResult>,
     /// Designs beside them.
     pub references: Vec<DesignResult>,
-    /// Figures 3, 4 and 6: what is drawn in each.
-    pub figures: PaperFigures,
+    /// Parts of domes that were looked at alone.
+    pub parts: DomeParts,
     /// Files that came out, from [`written`].
     pub files: Vec<FileRecord>,
 }
@@ -190,10 +190,10 @@ impl Results {
             seed: self.seed,
             inputs: self.inputs.clone(),
             files: self.files.clone(),
-            published_source: None,
+            reference_source: None,
             designs: group(&self.designs),
             references: group(&self.references),
-            figures: self.figures.clone(),
+            parts: self.parts.clone(),
         }
     }
 
@@ -373,7 +373,7 @@ mod tests {
                 models: vec![model],
             }],
             references: Vec::new(),
-            figures: PaperFigures::default(),
+            parts: DomeParts::default(),
             files: vec![FileRecord {
                 file: "summary.md".to_owned(),
                 sha256: runtime::content_hash::sha256_hex(b""),

@@ -46,15 +46,16 @@ pub struct ResultsFile {
     pub inputs: Vec<FileRecord>,
     /// Files that came out, sorted by name.
     pub files: Vec<FileRecord>,
-    /// Source of the figures under `published`, where some have them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub published_source: Option<String>,
-    /// The design run, or those compared with published figures, by name.
+    /// Source of the values of reference, where some figures have them.
+    #[serde(rename = "published_source", default, skip_serializing_if = "Option::is_none")]
+    pub reference_source: Option<String>,
+    /// The design run, or those that are compared with values of reference, by name.
     pub designs: BTreeMap<String, ModelEntries>,
     /// Designs beside them.
     pub references: BTreeMap<String, ModelEntries>,
-    /// Content of the paper's figures.
-    pub figures: PaperFigures,
+    /// Parts of domes that are looked at alone.
+    #[serde(rename = "figures")]
+    pub parts: DomeParts,
 }
 
 /// Name and version of a program.
@@ -397,18 +398,18 @@ pub struct UntilError {
     pub batches: u32,
 }
 
-/// Content of the paper's Figures 3, 4 and 6; empty but for `reproduce`.
+/// Parts of domes that are looked at alone; each may be absent.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct PaperFigures {
-    /// Single elements.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub figure_3: Option<CurvesEntry>,
-    /// Single elements.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub figure_4: Option<CurvesEntry>,
+pub struct DomeParts {
+    /// Far fields of the elements of one dome.
+    #[serde(rename = "figure_3", default, skip_serializing_if = "Option::is_none")]
+    pub elements: Option<CurvesEntry>,
+    /// Far fields of one element in several shapes.
+    #[serde(rename = "figure_4", default, skip_serializing_if = "Option::is_none")]
+    pub shapes: Option<CurvesEntry>,
     /// Lobes of one ring.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub figure_6: Option<LobesEntry>,
+    #[serde(rename = "figure_6", default, skip_serializing_if = "Option::is_none")]
+    pub ring: Option<LobesEntry>,
 }
 
 /// Curves of one figure.

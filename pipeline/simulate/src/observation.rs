@@ -347,7 +347,7 @@ impl Observation {
         figures.collect()
     }
 
-    /// The figures of `results.json`, in the order of the paper's tables.
+    /// The figures of `results.json`, in the order in which they are shown.
     pub fn figures(&self, design: &Design) -> Vec<Figure> {
         let is_main = |key: &str| figures::find(key).is_some_and(|figure| figure.is_main());
         self.estimates(design, is_main)

@@ -21,7 +21,7 @@ use experiment::optimise::{external_search, named_files};
 use report::optimisation::{convergence_picture, front_picture, sensitivity_picture};
 use results::Results;
 use results::optimisation::{FILE, OptimisationFile};
-use results::schema::PaperFigures;
+use results::schema::DomeParts;
 use runtime::atomic_file;
 use runtime::content_hash::sealed;
 use runtime::provenance::FileRecord;
@@ -219,6 +219,6 @@ fn verified(
         files: results::written(out, &designs, [])?,
         designs,
         references: Vec::new(),
-        figures: PaperFigures::default(),
+        parts: DomeParts::default(),
     })
 }

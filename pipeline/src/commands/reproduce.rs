@@ -141,7 +141,7 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
         compared.iter().zip(&all_tables).map(|(d, t)| trace(d, Some(t))).collect::<Result<_>>()?;
     let beside: Vec<DesignResult> =
         references.iter().map(|d| trace(d, None)).collect::<Result<_>>()?;
-    let figures = paper_figures::all(&compared, &all_tables[0], &arguments.out, context)?;
+    let parts = paper_figures::all(&compared, &all_tables[0], &arguments.out, context)?;
 
     let mut results = Results {
         quick: arguments.quick,
@@ -149,7 +149,7 @@ pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
         inputs: inputs(&compared, &references),
         designs,
         references: beside,
-        figures,
+        parts,
         files: Vec::new(),
     };
     let rows = summary::rows(&results, &published);

@@ -16,7 +16,7 @@ use design::spectrum::lights::Lights;
 use metrics::digits::thousands;
 use report::run_summary;
 use results::earlier::Earlier;
-use results::schema::PaperFigures;
+use results::schema::DomeParts;
 use results::{DesignResult, Results};
 use runtime::run_context::RunContext;
 use runtime::store::{MIN_PATHS, Store};
@@ -211,7 +211,7 @@ impl Prepared {
             files: results::written(destination.out, &designs, [])?,
             designs,
             references: Vec::new(),
-            figures: PaperFigures::default(),
+            parts: DomeParts::default(),
         })
     }
 }

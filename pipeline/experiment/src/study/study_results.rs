@@ -138,7 +138,8 @@ impl StudyResults<'_> {
             .filter_map(|(setup, found)| Some((setup, self.misfit(found)?)))
             .collect();
         let met = |setup: &SetupEntry| {
-            let verdicts = setup.figures.iter().filter(|figure| figure.verdict == Some(Verdict::Met));
+            let verdicts =
+                setup.figures.iter().filter(|figure| figure.verdict == Some(Verdict::Met));
             Reverse(verdicts.count())
         };
         misfits.sort_by_cached_key(|(setup, _)| met(setup));

@@ -37,7 +37,7 @@ use pictures::{Album, cuts, designs};
 use serde_json::{Value, json};
 
 use results::full_wave::FullWaveFile;
-use results::schema::PaperFigures;
+use results::schema::DomeParts;
 use results::sealed_file::SealedFile;
 use results::study::StudyFile;
 use results::tolerance::ToleranceResultsFile;
@@ -221,7 +221,7 @@ pub fn page(folder: &Folder, source: &Source) -> Result<Page> {
     let [far, far_polar] = album.far_fields(of)?;
     let sections = album.sections(of);
     let [map, profile] = album.maps(of)?;
-    let single = single_elements(&mut album, &results.figures)?;
+    let single = single_elements(&mut album, &results.parts)?;
     let mut labels: Vec<String> = models.iter().map(Model::label).collect();
     labels.sort();
     labels.dedup();
@@ -384,9 +384,9 @@ fn checked_note(folder: &Folder) -> Result<()> {
 }
 
 /// Pictures of the paper's Figures 3, 4 and 6.
-fn single_elements(album: &mut Album, paper: &PaperFigures) -> Result<Vec<Value>> {
+fn single_elements(album: &mut Album, parts: &DomeParts) -> Result<Vec<Value>> {
     let mut single = Vec::new();
-    for (figure, words) in [&paper.figure_3, &paper.figure_4].into_iter().zip(ELEMENTS) {
+    for (figure, words) in [&parts.elements, &parts.shapes].into_iter().zip(ELEMENTS) {
         if let Some(figure) = figure {
             let picture = elements_picture(figure, words)?;
             let words = words.join("; ");
@@ -394,7 +394,7 @@ fn single_elements(album: &mut Album, paper: &PaperFigures) -> Result<Vec<Value>
             single.push(album.fixed(&picture, &caption));
         }
     }
-    if let Some(figure) = &paper.figure_6 {
+    if let Some(figure) = &parts.ring {
         single.push(album.lobes(figure)?);
     }
     Ok(single)

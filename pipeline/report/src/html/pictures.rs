@@ -348,7 +348,7 @@ impl Chosen {
             let cut = |list: &[f64]| list[..count].to_vec();
             Curve::new(model.label(), cut(x), cut(value), cut(error))?.thinned(most)
         };
-        let published = model.entry.figures.get(PEAK_ANGLE.key).and_then(|peak| peak.published);
+        let published = model.entry.figures.get(PEAK_ANGLE.key).and_then(|peak| peak.reference);
         self.peaks.extend(published.map(|angle| (self.whole.len(), angle)));
         let right = named(curve, upper, MAX_POINTS)?;
         let left = opposite.map_or(Ok(right.clone()), |left| named(left, upper, MAX_POINTS))?;

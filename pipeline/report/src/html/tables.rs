@@ -61,7 +61,7 @@ impl FigureOfMerit<'_> {
             notes.push(note(format!("by a parabola {}", shown::number(between, self.unit)), true));
         }
         let mut difference = None;
-        if let Some(published) = e.published {
+        if let Some(published) = e.reference {
             notes.push(note(format!("published {}", short(published * scale)), false));
             if shown::in_words(e, self.unit).is_none() {
                 let decimals = decimals(e.standard_error * scale);
@@ -85,7 +85,7 @@ impl FigureOfMerit<'_> {
     }
 }
 
-/// The figures of the paper's tables of a model, in their order.
+/// The figures of a model that stand first, in their order.
 pub fn figures<'a>(model: &Model<'a>) -> Vec<FigureOfMerit<'a>> {
     let all = &model.entry.figures;
     let figure = |definition: Definition| {
@@ -107,7 +107,7 @@ pub fn rows(models: &[Model]) -> Vec<SummaryRow> {
         .iter()
         .flat_map(|model| figures(model).into_iter().map(move |figure| (model, figure)))
         .collect();
-    let published = all.iter().filter(|(_, figure)| figure.entry.published.is_some());
+    let published = all.iter().filter(|(_, figure)| figure.entry.reference.is_some());
     let (designs, labels): (Vec<&str>, Vec<&str>) =
         published.map(|(model, figure)| (model.design, figure.label.as_str())).unzip();
     let chosen = |model: &Model, figure: &FigureOfMerit| {
@@ -121,7 +121,7 @@ pub fn rows(models: &[Model]) -> Vec<SummaryRow> {
             model: model.label(),
             quantity: figure.label.clone(),
             unit: figure.unit,
-            published: figure.entry.published,
+            published: figure.entry.reference,
             computed: Some(*figure.entry),
         })
         .collect()
@@ -235,7 +235,7 @@ pub fn uniformity(models: &[Model]) -> Vec<Value> {
     by_design(models).filter_map(of_design).collect()
 }
 
-/// A figure of the table beside those of the paper's tables.
+/// A figure of the table beside those that stand first.
 enum Row {
     /// Flux that the sources emit.
     Emitted,
@@ -390,7 +390,7 @@ fn seeds_in_words(models: impl Iterator<Item = (u64, String)>) -> String {
 /// Version, seed, hashes.
 pub fn provenance(folder: &Folder, models: &[Model]) -> Value {
     let top = folder.results();
-    let compared = models.iter().any(|m| m.entry.figures.values().any(|f| f.published.is_some()));
+    let compared = models.iter().any(|m| m.entry.figures.values().any(|f| f.reference.is_some()));
     let mut lines = vec![
         ("computed by", format!("{} {}", top.program.name, top.program.version)),
         ("page written by", format!("batwing {}", env!("CARGO_PKG_VERSION"))),
@@ -399,7 +399,7 @@ pub fn provenance(folder: &Folder, models: &[Model]) -> Value {
         ("kind of run", if top.quick { "quick" } else { "full" }.to_owned()),
     ];
     if compared {
-        lines.push(("published figures", top.published_source.clone().unwrap_or_default()));
+        lines.push(("published figures", top.reference_source.clone().unwrap_or_default()));
     }
     let paths = |model: &Model| {
         json!([

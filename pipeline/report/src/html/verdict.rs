@@ -15,7 +15,7 @@ use results::target::{Sought, Target, Verdict};
 use serde_json::{Value, json};
 
 use super::models::Model;
-use super::tables::figures as papers_figures;
+use super::tables::figures as first_figures;
 
 /// A line of what was asked.
 struct Asked {
@@ -55,7 +55,7 @@ pub fn verdict(model: &Model, search: Option<&OptimisationFile>) -> Value {
 /// Published figures, met within the scale that studies take.
 fn published(model: &Model) -> Vec<Asked> {
     let line = |figure: super::tables::FigureOfMerit| {
-        let published = figure.entry.published?;
+        let published = figure.entry.reference?;
         let scale = figures::find(figure.key)?.scale?;
         let target = Target { sought: Sought::Near(published), scale };
         let (factor, symbol) = shown_unit(figure.unit);
@@ -67,7 +67,7 @@ fn published(model: &Model) -> Vec<Asked> {
             verdict: target.judge(figure.entry).words(),
         })
     };
-    papers_figures(model).into_iter().filter_map(line).collect()
+    first_figures(model).into_iter().filter_map(line).collect()
 }
 
 /// Constraints of a search, as verified by the model of its last stage.

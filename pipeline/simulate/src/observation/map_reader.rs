@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The figures of one design's maps: the paper's uniformity, whose zero is the design's, and the
+//! The figures of one design's maps: those between neighbours, whose zero is the design's, and the
 //! forms of [`uniformity_forms`], whose zero is darkness.
 //!
 //! [`uniformity_forms`]: metrics::uniformity_forms
@@ -8,7 +8,7 @@ use std::borrow::Cow;
 
 use design::Design;
 use design::schema::Zero;
-use metrics::figures::{self, PAPERS_MAP, UNIFORMITY_DIAGONAL};
+use metrics::figures::{self, BETWEEN_NEIGHBOURS, UNIFORMITY_DIAGONAL};
 use metrics::illuminance::coarser;
 use metrics::lit::LitBins;
 use metrics::uniformity::{MapReading, above};
@@ -58,8 +58,8 @@ impl MapReader {
         self.reading.has_valley()
     }
 
-    /// The paper's figures of `map`, as [`MapReading::plain`].
-    fn papers(&self, map: &[f64]) -> Option<[f64; 3]> {
+    /// Figures of `map` between neighbours, as [`MapReading::plain`].
+    fn between_neighbours(&self, map: &[f64]) -> Option<[f64; 3]> {
         let above = match self.smallest {
             None => Cow::Borrowed(map),
             Some(k) => map.iter().map(|l| l - map[k]).collect(),
@@ -67,7 +67,7 @@ impl MapReader {
         self.reading.plain(&above)
     }
 
-    /// The paper's figures of `map` above its smallest bin; `None` of an even map.
+    /// Figures of `map` between neighbours above its smallest bin; `None` of an even map.
     fn above_zero(&self, map: &Grouped) -> Option<Uniformity> {
         let above = above(map, self.reading.smallest(map.total()));
         let total = above.total();
@@ -80,8 +80,8 @@ impl MapReader {
 impl Reader for MapReader {
     fn columns(&self) -> Vec<Column> {
         let forms = self.regions.forms().into_iter().map(figures::of_form);
-        let papers = PAPERS_MAP.into_iter().filter(|_| self.has_valley());
-        papers.chain(forms).map(Column::plain).collect()
+        let neighbours = BETWEEN_NEIGHBOURS.into_iter().filter(|_| self.has_valley());
+        neighbours.chain(forms).map(Column::plain).collect()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
@@ -91,8 +91,9 @@ impl Reader for MapReader {
     fn values(&self, map: &[f64]) -> Vec<f64> {
         let forms = self.regions.plain(map).into_iter().map(|(_, value)| value);
         // As many as there are columns: without neighbours there are none.
-        let papers = self.has_valley().then(|| self.papers(map).unwrap_or_default());
-        papers.into_iter().flatten().chain(forms).collect()
+        let neighbours =
+            self.has_valley().then(|| self.between_neighbours(map).unwrap_or_default());
+        neighbours.into_iter().flatten().chain(forms).collect()
     }
 
     fn replicates(&self, map: &Grouped) -> Vec<JackknifedFigure> {
@@ -108,17 +109,18 @@ impl Reader for MapReader {
 
     fn entries(&self, map: &Grouped) -> Vec<FigureEntry> {
         let forms = self.regions.estimates(map);
-        let papers = match self.smallest {
+        let neighbours = match self.smallest {
             None => Uniformity::of(&forms),
             Some(_) => self.above_zero(map),
         };
-        let papers = papers.map_or([Estimate::new(f64::NAN, 0.0); 3], |u| {
+        let neighbours = neighbours.map_or([Estimate::new(f64::NAN, 0.0); 3], |u| {
             [u.straight, u.diagonal, u.valley_to_peak]
         });
         // A zero that is not darkness moves neither valley nor peak.
         let places = self.reading.places_mm(map.total());
-        let papers = papers.into_iter().zip(PAPERS_MAP).filter(|_| self.has_valley());
-        let papers = papers.map(|(estimate, figure)| {
+        let neighbours =
+            neighbours.into_iter().zip(BETWEEN_NEIGHBOURS).filter(|_| self.has_valley());
+        let neighbours = neighbours.map(|(estimate, figure)| {
             let valley = usize::from(figure == UNIFORMITY_DIAGONAL);
             FigureEntry {
                 valley_at_mm: places.map(|at| at[valley].map(rounded_mm)),
@@ -126,7 +128,7 @@ impl Reader for MapReader {
                 ..FigureEntry::new(estimate)
             }
         });
-        papers.chain(forms.into_iter().map(|(_, e)| FigureEntry::new(e))).collect()
+        neighbours.chain(forms.into_iter().map(|(_, e)| FigureEntry::new(e))).collect()
     }
 }
 
