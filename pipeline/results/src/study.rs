@@ -180,3 +180,43 @@ impl StudyFigureEntry {
         self.target.map(Sought::Near).or(bounds.map(Sought::Within))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::{Value, json};
+
+    use super::*;
+
+    #[test]
+    fn a_figure_is_written_as_it_is_read() {
+        let plain = json!({
+            "design": "D1", "model": "hybrid_10um", "figure": "uniformity",
+            "value": 0.75, "standard_error": 0.01,
+        });
+        let with = |more: Value| {
+            let mut entry = plain.clone();
+            entry
+                .as_object_mut()
+                .expect("an object")
+                .extend(more.as_object().expect("one").clone());
+            entry
+        };
+        let near = with(json!({"target": 0.8, "miss": -1.0, "verdict": "met"}));
+        // A bound that is not sought is written as null.
+        let bounded =
+            with(json!({"at_least": 0.7, "at_most": null, "miss": 0.0, "verdict": "not_resolved"}));
+        let bounds = Bounds { at_least: Some(0.7), at_most: None };
+        for (json, sought) in [
+            (near, Some(Sought::Near(0.8))),
+            (bounded, Some(Sought::Within(bounds))),
+            (with(json!({"unit": "lm", "change": {"value": 0.1, "standard_error": 0.0}})), None),
+        ] {
+            let entry: StudyFigureEntry = serde_json::from_value(json.clone()).expect("a figure");
+            assert_eq!(entry.sought(), sought);
+            // Where there are no bounds, none of them is read.
+            let bounds = entry.bounds.filter(|_| matches!(sought, Some(Sought::Within(_))));
+            let entry = StudyFigureEntry { bounds, ..entry };
+            assert_eq!(serde_json::to_value(&entry).expect("JSON"), json);
+        }
+    }
+}
