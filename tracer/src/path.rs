@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The walker: follows one path from its source to its end.
 //!
-//! [`Tracer::walk_to`] is the algorithm: intersect, transmit, show to the receivers, scatter, go on.
-//! The batches take the same steps.
+//! [`Walk::interact`] is the algorithm: wander, transmit, show to the receivers, arrive, scatter, go
+//! on. The batches take the same steps.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -12,7 +12,7 @@ use crate::ledger::{Booking, Loss};
 use crate::observer::{Fate, Interaction, Observer};
 use crate::optics::luminescence::{Collision, Collisions, Luminophore};
 use crate::optics::phase::PhaseFunction;
-use crate::optics::polarisation::{Light, Polarisation, Unpolarised};
+use crate::optics::polarisation::{Light, Polarisation};
 use crate::random;
 use crate::ray::Ray;
 use crate::receiver::{PathHistory, Receiver, Receivers, Tally};
@@ -71,15 +71,6 @@ pub(crate) enum Flight {
     Lost,
 }
 
-/// End of the flights in a medium that scatters or converts light.
-enum Wandered<'a> {
-    /// The path comes to what is ahead.
-    On(PathState, Option<Hit<'a>>),
-    /// It goes on at another wavelength.
-    Elsewhere(PathState),
-    Ended,
-}
-
 /// Point where a ray has met a surface.
 #[derive(Clone, Copy)]
 struct Impact<'a> {
@@ -89,6 +80,17 @@ struct Impact<'a> {
     point: DVec3,
     /// The unit normal n there.
     normal: DVec3,
+}
+
+/// A path on its way, with all that its steps use and change. The path is a copy, which the compiler
+/// keeps in registers.
+pub(crate) struct Walk<'w, 'a, 't, L, R, O> {
+    pub tracer: &'w Tracer<'a>,
+    pub path: PathState,
+    pub light: &'w mut L,
+    pub rng: &'w mut R,
+    pub tally: &'w mut Tally<'t>,
+    pub observer: &'w mut O,
 }
 
 impl<'a> Tracer<'a> {
@@ -135,216 +137,14 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Follows a path until it has met `surfaces` surfaces; true if it has ended, and all of its
-    /// power is booked.
+    /// A ray in the frame of the world.
     #[inline]
-    pub fn walk_to<L: Light>(
-        &self,
-        state: &mut PathState,
-        light: &mut L,
-        rng: &mut impl Rng,
-        (tally, observer): (&mut Tally<'_>, &mut impl Observer),
-        surfaces: u32,
-    ) -> bool {
-        // A copy, which the compiler keeps in registers.
-        let mut path = *state;
-        let last = surfaces.min(self.max_bounces);
-        while path.history.bounces < last {
-            let hit = self.intersect(&path);
-            if !self.interact(&mut path, hit, light, rng, tally, observer) {
-                *state = path;
-                return true;
-            }
-        }
-        let is_given_up = path.history.bounces >= self.max_bounces;
-        if is_given_up {
-            self.give_up(&path, tally, observer);
-        }
-        *state = path;
-        is_given_up
-    }
-
-    /// Follows an unpolarised path through the world until it enters a body, and returns the
-    /// instance there; `None` where the path has ended.
-    #[inline]
-    pub fn walk_to_body(
-        &self,
-        state: &mut PathState,
-        rng: &mut impl Rng,
-        tally: &mut Tally<'_>,
-    ) -> Option<u32> {
-        let mut path = *state;
-        while path.history.bounces < self.max_bounces {
-            let hit = self.intersect(&path);
-            if !self.interact(&mut path, hit, &mut Unpolarised, rng, tally, &mut ()) {
-                *state = path;
-                return None;
-            }
-            if let Location::Inside { instance, .. } = path.location
-                && path.history.bounces < self.max_bounces
-            {
-                *state = path;
-                return Some(instance);
-            }
-        }
-        self.give_up(&path, tally, &mut ());
-        *state = path;
-        None
-    }
-
-    /// The nearest surface that borders the region of the ray.
-    #[expect(clippy::inline_always, reason = "part of the loop over a path")]
-    #[inline(always)]
-    pub fn intersect(&self, state: &PathState) -> Option<Hit<'a>> {
-        let candidates = Candidates { except: state.left, only: state.own };
-        let (scene, ray, location) = (self.scene, &state.ray, state.location);
-        match &scene.nested {
-            Some(nested) => scene.nearest_of_nested(nested, ray, location, candidates),
-            None => scene.nearest(ray, location, candidates),
-        }
-    }
-
-    /// Takes a path to what it meets and beyond; whether it goes on.
-    #[expect(clippy::inline_always, reason = "part of the loop over a path")]
-    #[inline(always)]
-    pub fn interact<L: Light>(
-        &self,
-        state: &mut PathState,
-        hit: Option<Hit<'a>>,
-        light: &mut L,
-        rng: &mut impl Rng,
-        tally: &mut Tally<'_>,
-        observer: &mut impl Observer,
-    ) -> bool {
-        let Some(impact) = self.arrive(state, hit, light, rng, tally, observer) else {
-            return false;
+    fn in_world(&self, ray: &Ray, location: Location) -> Ray {
+        let position = match location {
+            Location::World => DVec3::ZERO,
+            Location::Inside { instance, .. } => self.scene.position(Some(instance)),
         };
-        let Impact { hit, patch, point, normal } = &impact;
-        let direction = state.ray.direction;
-        let event = scatter(hit, &patch.optics, direction, *point, *normal, light, rng);
-        self.go_on(state, &impact, &event, rng, tally, observer)
-    }
-
-    /// Takes a path to what it meets next; `None` where it ends before.
-    #[expect(clippy::inline_always, reason = "part of the loop over a path")]
-    #[inline(always)]
-    fn arrive<L: Light>(
-        &self,
-        state: &mut PathState,
-        mut hit: Option<Hit<'a>>,
-        light: &mut L,
-        rng: &mut impl Rng,
-        tally: &mut Tally<'_>,
-        observer: &mut impl Observer,
-    ) -> Option<Impact<'a>> {
-        let location = state.location;
-        let medium = self.scene.medium(location);
-        if medium.collisions.is_some() {
-            match self.wander(*state, hit, medium, light, rng, tally, observer) {
-                Wandered::On(path, ahead) => (*state, hit) = (path, ahead),
-                Wandered::Elsewhere(path) => {
-                    *state = path;
-                    return None;
-                }
-                Wandered::Ended => return None,
-            }
-        }
-        let ray = state.ray;
-        let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
-
-        // Transmittance exp(-α t) of the medium; the medium absorbs the rest.
-        if medium.absorption > 0.0 {
-            let before = state.weight;
-            let transmittance = (-medium.absorption * length).exp();
-            self.transmit(medium.line, transmittance, &mut state.weight, rng, tally);
-            if state.weight == 0.0 {
-                let fate = Fate::Medium(medium.line, length);
-                observer.ends(&self.in_world(&ray, location), fate, before);
-                return None;
-            }
-        }
-
-        // Receivers stand in the world.
-        if location == Location::World {
-            tally.segment(&ray, length, state.weight, &state.history, light);
-        }
-
-        // Without a hit the path escapes, or has found a leak.
-        let Some(hit) = hit else {
-            let fate = if location == Location::World {
-                tally.escape(ray.direction, state.weight)
-            } else {
-                tally.lose(Loss::Leak, state.weight)
-            };
-            observer.ends(&self.in_world(&ray, location), fate, state.weight);
-            return None;
-        };
-
-        // Settle the point exactly on the surface, in the frame of its body.
-        let patch = &hit.surface.patches[hit.surface.shape.patch(hit.primitive) as usize];
-        let at = self.scene.in_frame(ray.at(hit.distance), location, hit.instance);
-        let (point, normal) = hit.surface.shape.settle(at, hit.primitive);
-        Some(Impact { hit, patch, point, normal })
-    }
-
-    /// Follows a path through a medium that scatters or converts light, up to its last flight before
-    /// a surface, or to another wavelength. By value: where nothing scatters, the path stays in
-    /// registers.
-    #[expect(clippy::too_many_arguments, reason = "those of `arrive`, with the medium")]
-    #[inline(never)]
-    fn wander<L: Light>(
-        &self,
-        mut state: PathState,
-        mut hit: Option<Hit<'a>>,
-        medium: &CompiledMedium,
-        light: &mut L,
-        rng: &mut impl Rng,
-        tally: &mut Tally<'_>,
-        observer: &mut impl Observer,
-    ) -> Wandered<'a> {
-        let location = state.location;
-        loop {
-            let (Some(collisions), Some(ahead)) = (&medium.collisions, hit.as_ref()) else {
-                return Wandered::On(state, hit);
-            };
-            let ray = state.ray;
-            let (weight, scatterings) = (&mut state.weight, &mut state.scatterings);
-            let before = *weight;
-            let turned = self.fly(
-                medium,
-                collisions,
-                (&ray, ahead.distance),
-                (weight, scatterings),
-                rng,
-                tally,
-            );
-            match turned {
-                Flight::Free => return Wandered::On(state, hit),
-                Flight::Absorbed(length) => {
-                    let fate = Fate::Medium(medium.line, length);
-                    observer.ends(&self.in_world(&ray, location), fate, before);
-                    return Wandered::Ended;
-                }
-                Flight::Lost => {
-                    let fate = Fate::Lost(Loss::Bounces);
-                    observer.ends(&self.in_world(&ray, location), fate, state.weight);
-                    return Wandered::Ended;
-                }
-                Flight::Scattered(ray) | Flight::Converted(ray, _) => {
-                    light.depolarise();
-                    // In the medium around instances it may meet again the one that it has left.
-                    (state.ray, state.left) = (ray, None);
-                    observer.scatters(&self.in_world(&ray, location), medium.line);
-                    if let Flight::Converted(_, number) = turned
-                        && number != self.wavelength
-                    {
-                        state.wavelength = number;
-                        return Wandered::Elsewhere(state);
-                    }
-                    hit = self.intersect(&state);
-                }
-            }
-        }
+        Ray { origin: ray.origin + position, direction: ray.direction }
     }
 
     /// Takes a path in a medium that scatters through one flight, at most `length` long, and books
@@ -422,84 +222,6 @@ impl<'a> Tracer<'a> {
         (*weight > 0.0).then_some(number as u16)
     }
 
-    /// Sends a path on from where it has met a surface; whether it goes on.
-    #[expect(clippy::inline_always, reason = "part of the loop over a path")]
-    #[inline(always)]
-    fn go_on(
-        &self,
-        state: &mut PathState,
-        impact: &Impact<'_>,
-        event: &ScatterEvent,
-        rng: &mut impl Rng,
-        tally: &mut Tally<'_>,
-        observer: &mut impl Observer,
-    ) -> bool {
-        let Impact { hit, patch, point, normal } = *impact;
-        let (ray, location) = (state.ray, state.location);
-
-        // The surface absorbs what it does not send on.
-        let sides = [hit.side, event.side];
-        let arrived = state.weight;
-        self.settle(patch.line, sides, event.efficiency, &mut state.weight, rng, tally);
-        let weight = state.weight;
-        observer.meets(&Interaction {
-            point: point + self.scene.position(hit.instance),
-            line: patch.line,
-            instance: hit.instance,
-            direction: ray.direction,
-            from: hit.side,
-            to: event.side,
-            arrived,
-            weight,
-        });
-        tally.interaction(patch.line, sides, [arrived, weight], &state.history);
-        state.history.meet(patch.line, [point.x, point.y]);
-        if weight == 0.0 {
-            let fate = Fate::Surface(patch.line);
-            observer.ends(&self.in_world(&ray, location), fate, arrived);
-            return false;
-        }
-
-        // Start anew, just off the surface, on the side on which the light goes on.
-        let start =
-            point + normal * (event.side.sign() * self.scene.offset_from(hit.surface, point));
-        let sound = event.sound(normal);
-        (state.location, state.ray.origin) = match (hit.surface.region(event.side), hit.instance) {
-            (Region::World, instance) if sound => {
-                state.left = self.scene.convex_exit(instance);
-                let around = self.scene.around(instance);
-                (around, start + self.scene.position(instance))
-            }
-            (Region::Body(medium), Some(instance)) if sound => {
-                state.left = None;
-                (Location::Inside { instance, medium }, start)
-            }
-            _ => {
-                let fate = tally.lose(Loss::Invalid, weight);
-                observer.ends(&self.in_world(&ray, location), fate, weight);
-                return false;
-            }
-        };
-        state.ray.direction = event.direction;
-        true
-    }
-
-    /// Ends a path that has met as many surfaces as it may.
-    fn give_up(&self, state: &PathState, tally: &mut Tally<'_>, observer: &mut impl Observer) {
-        let fate = tally.lose(Loss::Bounces, state.weight);
-        observer.ends(&self.in_world(&state.ray, state.location), fate, state.weight);
-    }
-
-    /// A ray in the frame of the world.
-    #[inline]
-    fn in_world(&self, ray: &Ray, location: Location) -> Ray {
-        let position = match location {
-            Location::World => DVec3::ZERO,
-            Location::Inside { instance, .. } => self.scene.position(Some(instance)),
-        };
-        Ray { origin: ray.origin + position, direction: ray.direction }
-    }
-
     /// Takes from a path what a medium absorbs on the way.
     #[inline]
     pub fn transmit(
@@ -541,5 +263,251 @@ impl<'a> Tracer<'a> {
             *weight = 0.0;
         }
         before - *weight
+    }
+}
+
+#[expect(clippy::inline_always, reason = "steps of the loop over a path")]
+impl<'a, 't, L: Light, R: Rng, O: Observer> Walk<'_, 'a, 't, L, R, O> {
+    /// Follows the path until it has met `surfaces` surfaces; true if it has ended, and all of its
+    /// power is booked.
+    #[inline]
+    pub fn follow_to(mut self, surfaces: u32) -> (PathState, bool) {
+        let last = surfaces.min(self.tracer.max_bounces);
+        while self.path.history.bounces < last {
+            let hit = self.intersect();
+            if self.interact(hit).is_none() {
+                return (self.path, true);
+            }
+        }
+        let is_given_up = self.path.history.bounces >= self.tracer.max_bounces;
+        if is_given_up {
+            self.give_up();
+        }
+        (self.path, is_given_up)
+    }
+
+    /// Follows the path through the world until it enters a body, and returns the instance there;
+    /// `None` where the path has ended.
+    #[inline]
+    pub fn follow_to_body(mut self) -> (PathState, Option<u32>) {
+        while self.path.history.bounces < self.tracer.max_bounces {
+            let hit = self.intersect();
+            if self.interact(hit).is_none() {
+                return (self.path, None);
+            }
+            if let Location::Inside { instance, .. } = self.path.location
+                && self.path.history.bounces < self.tracer.max_bounces
+            {
+                return (self.path, Some(instance));
+            }
+        }
+        self.give_up();
+        (self.path, None)
+    }
+
+    /// The nearest surface that borders the region of the ray.
+    #[inline(always)]
+    fn intersect(&self) -> Option<Hit<'a>> {
+        let PathState { ray, location, left, own, .. } = &self.path;
+        let candidates = Candidates { except: *left, only: *own };
+        let scene = self.tracer.scene;
+        match &scene.nested {
+            Some(nested) => scene.nearest_of_nested(nested, ray, *location, candidates),
+            None => scene.nearest(ray, *location, candidates),
+        }
+    }
+
+    /// Takes the path to what it meets and beyond; `None` where it ends, or goes on at another
+    /// wavelength.
+    #[inline(always)]
+    pub fn interact(&mut self, mut hit: Option<Hit<'a>>) -> Option<()> {
+        let medium = self.tracer.scene.medium(self.path.location);
+        if medium.collisions.is_some() {
+            let goes_on;
+            (self.path, hit, goes_on) = self.lend().wander(medium, hit);
+            goes_on.then_some(())?;
+        }
+        let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
+        self.transmit(medium, length)?;
+        self.show(length);
+        let impact = self.arrive(hit)?;
+        let event = self.scatter(&impact);
+        self.settle(&impact, &event)?;
+        self.go_on(&impact, &event)
+    }
+
+    /// The same walk for a step that is no part of the loop. Its path is a copy: where nothing
+    /// scatters, the path stays in registers.
+    #[inline(always)]
+    fn lend(&mut self) -> Walk<'_, 'a, 't, L, R, O> {
+        let Self { tracer, path, light, rng, tally, observer } = self;
+        Walk { tracer, path: *path, light, rng, tally, observer }
+    }
+
+    /// Follows the path through a medium that scatters or converts light, up to its last flight
+    /// before what is ahead then; false if it ends, or goes on at another wavelength.
+    #[inline(never)]
+    fn wander(
+        mut self,
+        medium: &CompiledMedium,
+        mut hit: Option<Hit<'a>>,
+    ) -> (PathState, Option<Hit<'a>>, bool) {
+        while let (Some(collisions), Some(ahead)) = (&medium.collisions, &hit) {
+            let Self { tracer, path, rng, tally, .. } = &mut self;
+            let before = path.weight;
+            let flight = (&path.ray, ahead.distance);
+            let power = (&mut path.weight, &mut path.scatterings);
+            match tracer.fly(medium, collisions, flight, power, *rng, tally) {
+                Flight::Free => break,
+                Flight::Absorbed(length) => {
+                    self.end::<()>(Fate::Medium(medium.line, length), before);
+                    return (self.path, hit, false);
+                }
+                Flight::Lost => {
+                    self.end::<()>(Fate::Lost(Loss::Bounces), self.path.weight);
+                    return (self.path, hit, false);
+                }
+                Flight::Scattered(ray) => self.turn(ray, medium),
+                Flight::Converted(ray, wavelength) => {
+                    self.turn(ray, medium);
+                    self.path.wavelength = wavelength;
+                    if wavelength != self.tracer.wavelength {
+                        return (self.path, hit, false);
+                    }
+                }
+            }
+            hit = self.intersect();
+        }
+        (self.path, hit, true)
+    }
+
+    /// Sends the path along the ray on which a medium has scattered or emitted it.
+    fn turn(&mut self, ray: Ray, medium: &CompiledMedium) {
+        self.light.depolarise();
+        // In the medium around instances it may meet again the one that it has left.
+        (self.path.ray, self.path.left) = (ray, None);
+        self.observer.scatters(&self.world_ray(), medium.line);
+    }
+
+    /// Takes from the path what the medium absorbs over `length` mm: all but its transmittance
+    /// exp(-α t).
+    #[inline(always)]
+    fn transmit(&mut self, medium: &CompiledMedium, length: f64) -> Option<()> {
+        if medium.absorption > 0.0 {
+            let before = self.path.weight;
+            let transmittance = (-medium.absorption * length).exp();
+            let weight = &mut self.path.weight;
+            self.tracer.transmit(medium.line, transmittance, weight, self.rng, self.tally);
+            if self.path.weight == 0.0 {
+                return self.end(Fate::Medium(medium.line, length), before);
+            }
+        }
+        Some(())
+    }
+
+    /// Shows a flight to the receivers, which stand in the world.
+    #[inline(always)]
+    fn show(&mut self, length: f64) {
+        let PathState { ray, location, weight, history, .. } = &self.path;
+        if *location == Location::World {
+            self.tally.segment(ray, length, *weight, history, self.light);
+        }
+    }
+
+    /// Settles the point exactly on the surface; without a hit the path escapes, or has found a
+    /// leak.
+    #[inline(always)]
+    fn arrive(&mut self, hit: Option<Hit<'a>>) -> Option<Impact<'a>> {
+        let PathState { ray, location, weight, .. } = self.path;
+        let Some(hit) = hit else {
+            let fate = if location == Location::World {
+                self.tally.escape(ray.direction, weight)
+            } else {
+                self.tally.lose(Loss::Leak, weight)
+            };
+            return self.end(fate, weight);
+        };
+        let patch = &hit.surface.patches[hit.surface.shape.patch(hit.primitive) as usize];
+        let near = self.tracer.scene.in_frame(ray.at(hit.distance), location, hit.instance);
+        let (point, normal) = hit.surface.shape.settle(near, hit.primitive);
+        Some(Impact { hit, patch, point, normal })
+    }
+
+    /// Draws how the surface scatters the light.
+    #[inline(always)]
+    fn scatter(&mut self, Impact { hit, patch, point, normal }: &Impact<'_>) -> ScatterEvent {
+        let direction = self.path.ray.direction;
+        scatter(hit, &patch.optics, direction, *point, *normal, self.light, self.rng)
+    }
+
+    /// Takes from the path what the surface does not send on.
+    #[inline(always)]
+    fn settle(&mut self, impact: &Impact<'_>, event: &ScatterEvent) -> Option<()> {
+        let Impact { hit, patch, point, .. } = *impact;
+        let sides = [hit.side, event.side];
+        let arrived = self.path.weight;
+        let weight = &mut self.path.weight;
+        self.tracer.settle(patch.line, sides, event.efficiency, weight, self.rng, self.tally);
+        let weight = *weight;
+        self.observer.meets(&Interaction {
+            point: point + self.tracer.scene.position(hit.instance),
+            line: patch.line,
+            instance: hit.instance,
+            direction: self.path.ray.direction,
+            from: hit.side,
+            to: event.side,
+            arrived,
+            weight,
+        });
+        self.tally.interaction(patch.line, sides, [arrived, weight], &self.path.history);
+        self.path.history.meet(patch.line, [point.x, point.y]);
+        if weight == 0.0 { self.end(Fate::Surface(patch.line), arrived) } else { Some(()) }
+    }
+
+    /// Starts anew just off the surface, on the side on which the light goes on.
+    #[inline(always)]
+    fn go_on(&mut self, impact: &Impact<'_>, event: &ScatterEvent) -> Option<()> {
+        let Impact { hit, point, normal, .. } = *impact;
+        let scene = self.tracer.scene;
+        let start = point + normal * (event.side.sign() * scene.offset_from(hit.surface, point));
+        let sound = event.sound(normal);
+        let path = &mut self.path;
+        (path.location, path.ray.origin) = match (hit.surface.region(event.side), hit.instance) {
+            (Region::World, instance) if sound => {
+                path.left = scene.convex_exit(instance);
+                (scene.around(instance), start + scene.position(instance))
+            }
+            (Region::Body(medium), Some(instance)) if sound => {
+                path.left = None;
+                (Location::Inside { instance, medium }, start)
+            }
+            _ => {
+                let weight = path.weight;
+                let fate = self.tally.lose(Loss::Invalid, weight);
+                return self.end(fate, weight);
+            }
+        };
+        path.ray.direction = event.direction;
+        Some(())
+    }
+
+    /// Ends a path that has met as many surfaces as it may.
+    fn give_up(&mut self) {
+        let weight = self.path.weight;
+        let fate = self.tally.lose(Loss::Bounces, weight);
+        self.end::<()>(fate, weight);
+    }
+
+    /// Shows to the observer how the path ends, with what was left of its weight before.
+    #[inline(always)]
+    fn end<T>(&mut self, fate: Fate, weight: f64) -> Option<T> {
+        self.observer.ends(&self.world_ray(), fate, weight);
+        None
+    }
+
+    /// The ray of the path in the frame of the world.
+    #[inline(always)]
+    fn world_ray(&self) -> Ray {
+        self.tracer.in_world(&self.path.ray, self.path.location)
     }
 }

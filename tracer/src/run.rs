@@ -25,7 +25,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 use groups::{Group, Progress};
-use walk::SceneWalk;
+use walk::SceneWalker;
 
 use crate::batch::BatchTracer;
 use crate::batch::mesh_packets::MeshPackets;
@@ -207,8 +207,8 @@ fn trace_group(
             mesh_packets.trace(tracer, paths, (streams, picker), &mut tally, keep_going)
         }
         Strategy::PathByPath => {
-            let mut walk = SceneWalk { tracer, picker, tally: &mut tally, observer };
-            one_by_one::trace(&mut walk, tracer.polarisation, paths, streams, keep_going)
+            let mut walker = SceneWalker { tracer, picker, tally: &mut tally, observer };
+            one_by_one::trace(&mut walker, tracer.polarisation, paths, streams, keep_going)
         }
     };
     let hits = hits.ok_or(Error::Cancelled)?;

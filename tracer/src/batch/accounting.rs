@@ -10,7 +10,7 @@ use super::lanes::{Course, LANES, Mode};
 use super::{BatchTracer, Events, PathBatch};
 use crate::ledger::{Booking, Loss};
 use crate::optics::polarisation::Unpolarised;
-use crate::path::{PathState, Tracer};
+use crate::path::{PathState, Tracer, Walk};
 use crate::ray::{Ray, lanes};
 use crate::receiver::{PathHistory, Tally};
 use crate::scatter::scatter;
@@ -240,7 +240,7 @@ impl BatchTracer<'_> {
         tally: &mut Tally<'_>,
     ) -> bool {
         let instance = Some(batch.instance[lane]);
-        let mut state = PathState {
+        let path = PathState {
             ray: self.world_ray(batch, lane),
             location: Location::World,
             left: self.scene.convex_exit(instance),
@@ -250,19 +250,21 @@ impl BatchTracer<'_> {
             wavelength: 0,
             history: batch.past(lane),
         };
-        let met = state.history.bounces;
+        let before = path.history.bounces;
         let mut stream = batch.lanes.stream(lane);
-        let entered = tracer.walk_to_body(&mut state, &mut stream, tally);
-        batch.crossed += u64::from(state.history.bounces - met);
+        let (light, rng, observer) = (&mut Unpolarised, &mut stream, &mut ());
+        let walk = Walk { tracer, path, light, rng, tally, observer };
+        let (path, entered) = walk.follow_to_body();
+        batch.crossed += u64::from(path.history.bounces - before);
         let Some(instance) = entered else {
             return false;
         };
         batch.lanes.keep(lane, stream);
-        batch.weight[lane] = state.weight;
-        batch.scatterings[lane] = state.scatterings;
-        batch.history[lane] = state.history;
-        batch.lanes.bounces[lane] = state.history.bounces.into();
-        batch.lanes.put(lane, &state.ray);
+        batch.weight[lane] = path.weight;
+        batch.scatterings[lane] = path.scatterings;
+        batch.history[lane] = path.history;
+        batch.lanes.bounces[lane] = path.history.bounces.into();
+        batch.lanes.put(lane, &path.ray);
         batch.instance[lane] = instance;
         batch.lanes.inside[lane] = Flag::YES;
         true

@@ -17,7 +17,7 @@ use glam::DVec3;
 use pulp::{Arch, Simd, WithSimd};
 
 use crate::optics::polarisation::Unpolarised;
-use crate::path::{PathState, Tracer};
+use crate::path::{PathState, Tracer, Walk};
 use crate::random::{PathStream, Streams};
 use crate::ray::Ray;
 use crate::receiver::Tally;
@@ -126,7 +126,7 @@ impl MeshPackets {
                 )?;
             }
             for (path, mut stream) in active {
-                hits += walk(tracer, path, &mut stream, tally);
+                hits += finish(tracer, path, &mut stream, tally);
             }
         }
         Some(hits)
@@ -154,19 +154,29 @@ impl MeshPackets {
             let ahead = look_ahead(scene, &paths, room);
             for (number, (path, stream)) in paths.iter_mut().enumerate() {
                 let Some(ahead) = &ahead else {
-                    *hits += walk(tracer, *path, stream, tally);
+                    *hits += finish(tracer, *path, stream, tally);
                     continue;
                 };
                 let mut hit = ahead[number];
                 if let (Some(hit), Location::Inside { instance, .. }) = (&mut hit, path.location) {
                     hit.instance = Some(instance);
                 }
-                if !tracer.interact(path, hit, &mut Unpolarised, stream, tally, &mut ()) {
+                let mut walk = Walk {
+                    tracer,
+                    path: *path,
+                    light: &mut Unpolarised,
+                    rng: stream,
+                    tally,
+                    observer: &mut (),
+                };
+                let goes_on = walk.interact(hit).is_some();
+                *path = walk.path;
+                if !goes_on {
                     *hits += u64::from(path.history.bounces);
                 } else if path.location == Location::World
                     || path.history.bounces >= tracer.max_bounces
                 {
-                    *hits += walk(tracer, *path, stream, tally);
+                    *hits += finish(tracer, *path, stream, tally);
                 } else {
                     within.push((*path, *stream));
                 }
@@ -227,13 +237,15 @@ fn sort(words: &mut Vec<u64>) {
 }
 
 /// Follows a path to its end by itself; returns how many surfaces it met.
-fn walk(
+fn finish(
     tracer: &Tracer<'_>,
-    mut path: PathState,
-    stream: &mut PathStream,
+    path: PathState,
+    rng: &mut PathStream,
     tally: &mut Tally<'_>,
 ) -> u64 {
-    tracer.walk_to(&mut path, &mut Unpolarised, stream, (tally, &mut ()), u32::MAX);
+    let (light, observer) = (&mut Unpolarised, &mut ());
+    let walk = Walk { tracer, path, light, rng, tally, observer };
+    let (path, _) = walk.follow_to(u32::MAX);
     u64::from(path.history.bounces)
 }
 

@@ -16,10 +16,10 @@
 //! All lanes take the walker's five steps together: intersect, absorb, show segments to the
 //! receivers, scatter, book. The loops have no branches, so the compiler turns them into wide
 //! instructions; they are IEEE 754 without contraction, so the bits are the same on any processor. A
-//! path draws the same numbers and meets the same surfaces as in [`Tracer::walk_to`]. Surfaces that
-//! are neither interface, mirror nor table of orders sample one by one. A path that leaves its
-//! package where it may meet the ground or another package takes the walker's own steps until it
-//! enters a package.
+//! path draws the same numbers and meets the same surfaces as in a [`Walk`](crate::path::Walk).
+//! Surfaces that are neither interface, mirror nor table of orders sample one by one. A path that
+//! leaves its package where it may meet the ground or another package takes the walker's own steps
+//! until it enters a package.
 
 mod accounting;
 mod clearance;

@@ -9,7 +9,7 @@
 //! group, the flux through every surface and the books of every source balance to rounding. Of n
 //! paths that stay for ever, n/2 go beyond `LONG`, n/4 beyond twice as many.
 
-use super::walk::Walk;
+use super::walk::Walker;
 use crate::optics::polarisation::Light;
 use crate::path::PathState;
 use crate::random::{self, PathStream};
@@ -33,7 +33,7 @@ impl<L> Default for LongPaths<L> {
 
 impl<L: Light> LongPaths<L> {
     /// Takes a path that has met [`LONG`] surfaces; returns how many surfaces were met since.
-    pub fn take(&mut self, walk: &mut impl Walk<L>, path: Waiting<L>) -> u64 {
+    pub fn take(&mut self, walker: &mut impl Walker<L>, path: Waiting<L>) -> u64 {
         let (mut path, mut hits) = (path, 0);
         for level in 0.. {
             if self.waiting.len() <= level {
@@ -45,7 +45,7 @@ impl<L: Light> LongPaths<L> {
                 return hits;
             };
             path = one_of(path, waiting.swap_remove(other));
-            let (is_over, met) = walk_on(walk, &mut path, level);
+            let (is_over, met) = walk_on(walker, &mut path, level);
             hits += met;
             if is_over {
                 return hits;
@@ -55,14 +55,14 @@ impl<L: Light> LongPaths<L> {
     }
 
     /// Follows those that wait to their ends; returns how many surfaces they met.
-    pub fn finish(mut self, walk: &mut impl Walk<L>) -> u64 {
+    pub fn finish(mut self, walker: &mut impl Walker<L>) -> u64 {
         let mut hits = 0;
         for level in 0.. {
             let Some(waiting) = self.waiting.get_mut(level).map(std::mem::take) else {
                 break;
             };
             for mut path in waiting {
-                let (is_over, met) = walk_on(walk, &mut path, level);
+                let (is_over, met) = walk_on(walker, &mut path, level);
                 hits += met;
                 if !is_over {
                     // Among those that wait for the next level, which come last.
@@ -104,12 +104,12 @@ fn one_of<L>(mut one: Waiting<L>, other: Waiting<L>) -> Waiting<L> {
 /// Follows a path to the surface at which the next level begins; true if it has ended, and how many
 /// it met.
 fn walk_on<L: Light>(
-    walk: &mut impl Walk<L>,
+    walker: &mut impl Walker<L>,
     (state, light, stream): &mut Waiting<L>,
     level: usize,
 ) -> (bool, u64) {
     let before = state.history.bounces;
     let next = LONG.checked_shl(level as u32 + 1).unwrap_or(u32::MAX);
-    let is_over = walk.walk_to(state, light, stream, next.max(before + 1));
+    let is_over = walker.walk_to(state, light, stream, next.max(before + 1));
     (is_over, u64::from(state.history.bounces - before))
 }

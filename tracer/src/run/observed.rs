@@ -6,7 +6,7 @@ use glam::DVec3;
 use crate::error::Error;
 use crate::observer::Observer;
 use crate::optics::polarisation::{Polarisation, Stokes, Unpolarised};
-use crate::path::Tracer;
+use crate::path::{Tracer, Walk};
 use crate::random;
 use crate::ray::Ray;
 use crate::receiver::Tally;
@@ -40,14 +40,16 @@ pub fn trace_observed(
         };
         let mut ray = aim(Ray { origin: ray.origin - carrier, ..ray });
         ray.origin += carrier;
-        let state = &mut tracer.begin(ray, (number, source), &mut tally, observer);
-        let watched = (&mut tally, &mut *observer);
+        let path = tracer.begin(ray, (number, source), &mut tally, observer);
+        let (tracer, rng, tally, observer) = (&tracer, &mut rng, &mut tally, &mut *observer);
         match settings.polarisation {
             Polarisation::Unpolarised => {
-                tracer.walk_to(state, &mut Unpolarised, &mut rng, watched, u32::MAX);
+                let light = &mut Unpolarised;
+                Walk { tracer, path, light, rng, tally, observer }.follow_to(u32::MAX);
             }
             Polarisation::Carried => {
-                tracer.walk_to(state, &mut Stokes::default(), &mut rng, watched, u32::MAX);
+                let light = &mut Stokes::default();
+                Walk { tracer, path, light, rng, tally, observer }.follow_to(u32::MAX);
             }
         }
     }

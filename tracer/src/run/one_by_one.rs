@@ -2,7 +2,7 @@
 //! Paths one after the other.
 
 use super::long_paths::{LONG, LongPaths};
-use super::walk::Walk;
+use super::walk::Walker;
 use crate::optics::polarisation::{Light, Polarisation, Stokes, Unpolarised};
 use crate::random::Streams;
 
@@ -10,21 +10,21 @@ use crate::random::Streams;
 pub(super) const STRIDE: u64 = 4096;
 
 /// Traces paths one after the other; returns how many surfaces they met, `None` if stopped.
-pub(super) fn trace<W: Walk<Unpolarised> + Walk<Stokes>>(
-    walk: &mut W,
+pub(super) fn trace<W: Walker<Unpolarised> + Walker<Stokes>>(
+    walker: &mut W,
     polarisation: Polarisation,
     paths: u64,
     streams: Streams,
     keep_going: impl FnMut(u64) -> bool,
 ) -> Option<u64> {
     match polarisation {
-        Polarisation::Unpolarised => one_by_one::<Unpolarised>(walk, paths, streams, keep_going),
-        Polarisation::Carried => one_by_one::<Stokes>(walk, paths, streams, keep_going),
+        Polarisation::Unpolarised => one_by_one::<Unpolarised>(walker, paths, streams, keep_going),
+        Polarisation::Carried => one_by_one::<Stokes>(walker, paths, streams, keep_going),
     }
 }
 
 fn one_by_one<L: Light>(
-    walk: &mut impl Walk<L>,
+    walker: &mut impl Walker<L>,
     paths: u64,
     streams: Streams,
     mut keep_going: impl FnMut(u64) -> bool,
@@ -36,13 +36,13 @@ fn one_by_one<L: Light>(
             return None;
         }
         let mut rng = streams.path(done);
-        let mut path = walk.begin(done, &mut rng);
+        let mut path = walker.begin(done, &mut rng);
         let mut light = L::default();
-        let is_over = walk.walk_to(&mut path, &mut light, &mut rng, LONG);
+        let is_over = walker.walk_to(&mut path, &mut light, &mut rng, LONG);
         hits += u64::from(path.history.bounces);
         if !is_over {
-            hits += long.take(walk, (path, light, rng));
+            hits += long.take(walker, (path, light, rng));
         }
     }
-    Some(hits + long.finish(walk))
+    Some(hits + long.finish(walker))
 }

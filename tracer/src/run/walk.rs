@@ -3,13 +3,13 @@
 
 use crate::observer::Observer;
 use crate::optics::polarisation::Light;
-use crate::path::{PathState, Tracer};
+use crate::path::{PathState, Tracer, Walk};
 use crate::random::{self, PathStream};
 use crate::receiver::Tally;
 use crate::source_picker::SourcePicker;
 
 /// Begins paths and follows them.
-pub(super) trait Walk<L: Light> {
+pub(super) trait Walker<L: Light> {
     /// Path `number`, at its source.
     fn begin(&mut self, number: u64, rng: &mut PathStream) -> PathState;
 
@@ -17,7 +17,7 @@ pub(super) trait Walk<L: Light> {
     /// power is booked.
     fn walk_to(
         &mut self,
-        state: &mut PathState,
+        path: &mut PathState,
         light: &mut L,
         rng: &mut PathStream,
         surfaces: u32,
@@ -25,14 +25,14 @@ pub(super) trait Walk<L: Light> {
 }
 
 /// Paths through one scene.
-pub(super) struct SceneWalk<'w, 'a, O> {
+pub(super) struct SceneWalker<'w, 'a, O> {
     pub tracer: &'w Tracer<'a>,
     pub picker: SourcePicker<'w>,
     pub tally: &'w mut Tally<'a>,
     pub observer: &'w mut O,
 }
 
-impl<L: Light, O: Observer> Walk<L> for SceneWalk<'_, '_, O> {
+impl<L: Light, O: Observer> Walker<L> for SceneWalker<'_, '_, O> {
     #[inline]
     fn begin(&mut self, number: u64, rng: &mut PathStream) -> PathState {
         let (source, placed) = self.picker.next();
@@ -43,17 +43,22 @@ impl<L: Light, O: Observer> Walk<L> for SceneWalk<'_, '_, O> {
     #[inline]
     fn walk_to(
         &mut self,
-        state: &mut PathState,
+        path: &mut PathState,
         light: &mut L,
         rng: &mut PathStream,
         surfaces: u32,
     ) -> bool {
-        self.tracer.walk_to(state, light, rng, (self.tally, self.observer), surfaces)
+        let Self { tracer, tally, observer, .. } = self;
+        let (tally, observer) = (&mut **tally, &mut **observer);
+        let is_over;
+        (*path, is_over) =
+            Walk { tracer, path: *path, light, rng, tally, observer }.follow_to(surfaces);
+        is_over
     }
 }
 
 /// Paths through the scenes of several wavelengths, one tracer and one tally for each.
-pub(super) struct SpectralWalk<'w, 'a, O> {
+pub(super) struct SpectralWalker<'w, 'a, O> {
     pub tracers: &'w [Tracer<'a>],
     pub picker: SourcePicker<'w>,
     pub tallies: Vec<Tally<'w>>,
@@ -62,7 +67,7 @@ pub(super) struct SpectralWalk<'w, 'a, O> {
     pub observer: &'w mut O,
 }
 
-impl<L: Light, O: Observer> Walk<L> for SpectralWalk<'_, '_, O> {
+impl<L: Light, O: Observer> Walker<L> for SpectralWalker<'_, '_, O> {
     fn begin(&mut self, number: u64, rng: &mut PathStream) -> PathState {
         let (source, placed) = self.picker.next();
         let ray = self.picker.begin(number, placed, self.tracers[0].scene.offset(), rng);
@@ -75,17 +80,20 @@ impl<L: Light, O: Observer> Walk<L> for SpectralWalk<'_, '_, O> {
 
     fn walk_to(
         &mut self,
-        state: &mut PathState,
+        path: &mut PathState,
         light: &mut L,
         rng: &mut PathStream,
         surfaces: u32,
     ) -> bool {
         loop {
-            let number = state.wavelength;
-            let tally = &mut self.tallies[usize::from(number)];
-            let tracer = &self.tracers[usize::from(number)];
-            let is_over = tracer.walk_to(state, light, rng, (tally, self.observer), surfaces);
-            if state.wavelength == number {
+            let wavelength = path.wavelength;
+            let tracer = &self.tracers[usize::from(wavelength)];
+            let tally = &mut self.tallies[usize::from(wavelength)];
+            let observer = &mut *self.observer;
+            let is_over;
+            (*path, is_over) =
+                Walk { tracer, path: *path, light, rng, tally, observer }.follow_to(surfaces);
+            if path.wavelength == wavelength {
                 return is_over;
             }
         }

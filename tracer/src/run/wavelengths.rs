@@ -11,7 +11,7 @@
 use super::control::Control;
 use super::groups::{self, Group, Progress};
 use super::one_by_one;
-use super::walk::SpectralWalk;
+use super::walk::SpectralWalker;
 use crate::error::{Error, check};
 use crate::outcome::{Outcome, Totals};
 use crate::path::Tracer;
@@ -132,7 +132,7 @@ impl WavelengthRun<'_> {
     ) -> Result<Group, Error> {
         let first = &tracers[0];
         let (picker, streams) = groups::begin(first, at, paths);
-        let mut walk = SpectralWalk {
+        let mut walker = SpectralWalker {
             tracers,
             picker,
             tallies: tracers.iter().map(|tracer| Tally::new(&tracer.receivers)).collect(),
@@ -141,11 +141,11 @@ impl WavelengthRun<'_> {
         };
         let mut progress = Progress::new(control);
         let keep_going = |done: u64| progress.keep_going(done);
-        let hits = one_by_one::trace(&mut walk, first.polarisation, paths, streams, keep_going);
+        let hits = one_by_one::trace(&mut walker, first.polarisation, paths, streams, keep_going);
         let hits = hits.ok_or(Error::Cancelled)?;
         progress.report(paths);
         let scale = first.scene.power() / paths as f64;
-        let of_wavelength: Vec<Totals> = walk.tallies.into_iter().map(Tally::close).collect();
+        let of_wavelength: Vec<Totals> = walker.tallies.into_iter().map(Tally::close).collect();
         let sum = |weights: &Vec<f64>| {
             let mut sum = of_wavelength[0].clone();
             sum.scale(weights[0] * scale);
