@@ -59,7 +59,7 @@ pub struct Definition {
     pub key: &'static str,
     /// Name for people.
     pub label: &'static str,
-    /// Heading in the table of figures that stand first; `None` of a figure that is not there.
+    /// Heading in the table of figures shown first; `None` of a figure that is not there.
     pub heading: Option<&'static str>,
     /// Unit of the stored value; of a figure in absolute units the radiometric one.
     pub unit: Unit,
@@ -171,7 +171,7 @@ const ANGLE_SCALE: f64 = 5.0;
 /// Scale of shares of flux.
 const SHARE_SCALE: f64 = 0.01;
 
-/// A figure that stands below the first ones.
+/// A figure shown after the first ones.
 const fn figure(
     key: &'static str,
     label: &'static str,
@@ -201,8 +201,8 @@ const fn illuminance(key: &'static str, label: &'static str, better: Better) -> 
     figure(key, label, Unit::WattPerSquareMillimetre, Source::Illuminance, better).absolute()
 }
 
-/// A figure that stands first; scales are about the precision of figures that publications state.
-const fn first(
+/// A figure shown first; its scale is about the precision of published figures.
+const fn shown_first(
     key: &'static str,
     [label, heading]: [&'static str; 2],
     (unit, source): (Unit, Source),
@@ -216,7 +216,7 @@ const fn first(
 }
 
 /// Polar angle of the largest intensity.
-pub const PEAK_ANGLE: Definition = first(
+pub const PEAK_ANGLE: Definition = shown_first(
     "peak_angle_deg",
     ["peak angle"; 2],
     (Unit::Degree, Source::FarField),
@@ -225,7 +225,7 @@ pub const PEAK_ANGLE: Definition = first(
 )
 .means("Angle from the vertical at which the intensity, averaged over azimuth, is largest.");
 /// Intensity on the axis over the largest.
-pub const CENTRE_TO_PEAK: Definition = first(
+pub const CENTRE_TO_PEAK: Definition = shown_first(
     "centre_to_peak",
     ["centre/peak", "centre / peak"],
     (Unit::Fraction, Source::FarField),
@@ -272,11 +272,11 @@ pub const INTENSITY_PER_KILOLUMEN: Definition = of_far_field(
 .means("Largest intensity of the mean over azimuth for each 1000 lm that are emitted.");
 /// Uniformity on a logarithmic scale, along rows and columns.
 pub const UNIFORMITY: Definition =
-    first("uniformity", ["uniformity"; 2], (Unit::Fraction, Source::Map), LARGER, 0.02).means("Evenness of the light on the receiver plane between neighbouring LEDs, on a logarithmic scale: 100 % where the darkest place is as bright as the brightest.");
+    shown_first("uniformity", ["uniformity"; 2], (Unit::Fraction, Source::Map), LARGER, 0.02).means("Evenness of the light on the receiver plane between neighbouring LEDs, on a logarithmic scale: 100 % where the darkest place is as bright as the brightest.");
 /// Uniformity on a logarithmic scale, across the diagonal of four LEDs.
 pub const UNIFORMITY_DIAGONAL: Definition = Definition {
     adds_wavelengths: false,
-    ..first(
+    ..shown_first(
         "uniformity_diagonal",
         ["uniformity, diagonal"; 2],
         (Unit::Fraction, Source::Map),
@@ -288,7 +288,7 @@ pub const UNIFORMITY_DIAGONAL: Definition = Definition {
 /// Darkest place between neighbours over the largest illuminance.
 pub const VALLEY_TO_PEAK: Definition = Definition {
     adds_wavelengths: false,
-    ..first(
+    ..shown_first(
         "illuminance_valley_to_peak",
         ["illuminance valley/peak", "illuminance valley / peak"],
         (Unit::Fraction, Source::Map),
@@ -298,7 +298,7 @@ pub const VALLEY_TO_PEAK: Definition = Definition {
 }
 .means("Illuminance of the darkest place between neighbouring LEDs over the largest.");
 /// Power that leaves the silicone for good, per power emitted.
-pub const EXTRACTION: Definition = first(
+pub const EXTRACTION: Definition = shown_first(
     "extraction_efficiency",
     ["extraction"; 2],
     (Unit::Fraction, Source::Domes),

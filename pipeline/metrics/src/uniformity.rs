@@ -2,7 +2,8 @@
 //! Uniformity of the illuminance map: the darkest place between neighbouring LEDs beside the
 //! brightest, on a logarithmic scale.
 //!
-//! With L_N = L scaled so that its maximum is `full_scale` (256), L_log =
+//! By equations 1 to 4 of *Composite Mini-LED Backlight Packaging Structure with High Efficiency and
+//! Improved Uniformity*, with L_N = L scaled so that its maximum is `full_scale` (256), L_log =
 //! max(0, ln L_N), uniformity = L_log,valley / L_log,peak. With v = L_valley / L_peak this is
 //! max(0, 1 + ln v / ln 256), of the map as it is or above its smallest bin ([`above`]).
 //! Here are the figures of a single map; [`super::uniformity_forms`] adds their errors.
@@ -136,7 +137,8 @@ pub(super) fn ratio(valley: f64, peak: f64) -> f64 {
     if peak > 0.0 { valley / peak } else { 0.0 }
 }
 
-/// max(0, 1 + ln v / ln `full_scale`) of v = L_valley / L_peak.
+/// Logarithmic uniformity max(0, 1 + ln v / ln `full_scale`) of v = L_valley / L_peak (equation 4 of the
+/// module's source).
 pub fn logarithmic(valley_to_peak: f64, full_scale: f64) -> f64 {
     if valley_to_peak <= 0.0 { 0.0 } else { (1.0 + valley_to_peak.ln() / full_scale.ln()).max(0.0) }
 }

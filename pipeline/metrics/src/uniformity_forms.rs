@@ -467,7 +467,7 @@ mod tests {
     fn an_area_whose_points_see_one_phase_is_read_over_all() {
         let whole = 1.0 / 4.0;
         for (area, is_one) in [
-            // Points in the middles of four, 16 mm apart; above LEDs; of the forms of displays.
+            // Points in the middles of four, 16 mm apart; above LEDs; an area on the axes.
             ([[-24.0; 2], [24.0; 2]], true),
             ([[-20.0, -20.0], [28.0, 28.0]], true),
             ([[-20.0; 2], [20.0; 2]], false),

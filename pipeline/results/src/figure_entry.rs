@@ -62,7 +62,7 @@ pub struct FigureEntry {
     /// Change when the last wavelengths were added.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_error: Option<Estimate>,
-    /// Value of reference from elsewhere, to compare with.
+    /// Reference value from elsewhere, in the unit of the figure.
     #[serde(rename = "published", default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<f64>,
 }

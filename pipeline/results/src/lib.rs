@@ -137,11 +137,11 @@ pub struct Results {
     pub seed: u64,
     /// Files that went in.
     pub inputs: Vec<FileRecord>,
-    /// The designs that were run, or are compared with values of reference.
+    /// The designs that were run, or are compared with reference values.
     pub designs: Vec<DesignResult>,
     /// Designs beside them.
     pub references: Vec<DesignResult>,
-    /// Parts of domes that were looked at alone.
+    /// Parts of domes by themselves.
     pub parts: DomeParts,
     /// Files that came out, from [`written`].
     pub files: Vec<FileRecord>,

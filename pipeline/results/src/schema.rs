@@ -46,14 +46,14 @@ pub struct ResultsFile {
     pub inputs: Vec<FileRecord>,
     /// Files that came out, sorted by name.
     pub files: Vec<FileRecord>,
-    /// Source of the values of reference, where some figures have them.
+    /// Source of the reference values, where some figures have them.
     #[serde(rename = "published_source", default, skip_serializing_if = "Option::is_none")]
     pub reference_source: Option<String>,
-    /// The design run, or those that are compared with values of reference, by name.
+    /// The design run, or those that are compared with reference values, by name.
     pub designs: BTreeMap<String, ModelEntries>,
     /// Designs beside them.
     pub references: BTreeMap<String, ModelEntries>,
-    /// Parts of domes that are looked at alone.
+    /// Parts of domes by themselves.
     #[serde(rename = "figures")]
     pub parts: DomeParts,
 }
@@ -398,7 +398,7 @@ pub struct UntilError {
     pub batches: u32,
 }
 
-/// Parts of domes that are looked at alone; each may be absent.
+/// Light of parts of domes by themselves; each may be absent.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct DomeParts {
     /// Far fields of the elements of one dome.

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use metrics::quantity::Unit;
 use metrics::{Bounds, Estimate};
@@ -108,7 +108,7 @@ pub struct StudyFigureEntry {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub target: Option<f64>,
     /// Bounds sought.
-    #[serde(flatten)]
+    #[serde(flatten, deserialize_with = "bounds_sought")]
     pub bounds: Option<Bounds>,
     /// Signed distance from the target in scales.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -176,9 +176,14 @@ impl StudyFigureEntry {
 
     /// Value or bounds sought.
     pub fn sought(&self) -> Option<Sought> {
-        let bounds = self.bounds.filter(|bounds| bounds.at_least.or(bounds.at_most).is_some());
-        self.target.map(Sought::Near).or(bounds.map(Sought::Within))
+        self.target.map(Sought::Near).or(self.bounds.map(Sought::Within))
     }
+}
+
+/// Reads bounds from the keys of a figure; `None` where it has neither.
+fn bounds_sought<'de, D: Deserializer<'de>>(figure: D) -> Result<Option<Bounds>, D::Error> {
+    let bounds = Bounds::deserialize(figure)?;
+    Ok(bounds.at_least.or(bounds.at_most).map(|_| bounds))
 }
 
 #[cfg(test)]
@@ -213,9 +218,6 @@ mod tests {
         ] {
             let entry: StudyFigureEntry = serde_json::from_value(json.clone()).expect("a figure");
             assert_eq!(entry.sought(), sought);
-            // Where there are no bounds, none of them is read.
-            let bounds = entry.bounds.filter(|_| matches!(sought, Some(Sought::Within(_))));
-            let entry = StudyFigureEntry { bounds, ..entry };
             assert_eq!(serde_json::to_value(&entry).expect("JSON"), json);
         }
     }

@@ -85,7 +85,7 @@ impl FigureOfMerit<'_> {
     }
 }
 
-/// The figures of a model that stand first, in their order.
+/// The figures of a model that are shown first, in their order.
 pub fn figures<'a>(model: &Model<'a>) -> Vec<FigureOfMerit<'a>> {
     let all = &model.entry.figures;
     let figure = |definition: Definition| {
@@ -235,7 +235,7 @@ pub fn uniformity(models: &[Model]) -> Vec<Value> {
     by_design(models).filter_map(of_design).collect()
 }
 
-/// A figure of the table beside those that stand first.
+/// A figure of the table after those shown first.
 enum Row {
     /// Flux that the sources emit.
     Emitted,
