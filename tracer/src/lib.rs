@@ -46,6 +46,7 @@
 //!   other wavelengths by [`Luminophore`]s; [`WavelengthRun`] follows light through all of them.
 //! - Rays carry power, so refraction brings no factor n². For every path, emitted = escaped +
 //!   absorbed + lost.
+//! - Light that meets a stack of films takes an outcome of a [`FilmTable`], where a run has one.
 //! - All random numbers come from (seed, group, path). The number of threads changes no bit.
 //!
 //! Lengths are in millimetres, powers in watts, z points upwards;
@@ -55,6 +56,7 @@ mod batch;
 pub mod checkpoint;
 mod conversion;
 pub mod error;
+mod film_stack;
 pub mod housing;
 pub mod ledger;
 pub mod observer;
@@ -79,6 +81,7 @@ pub use glam;
 
 pub use checkpoint::CheckpointStore;
 pub use error::Error;
+pub use film_stack::{FilmTable, Passage, StackBorder, StackSymmetry, TabulatedFilms};
 pub use ledger::{Ledger, Loss};
 pub use observer::{Fate, Interaction, Observer};
 pub use optics::luminescence::Luminophore;

@@ -8,6 +8,7 @@ use bsdf::Side;
 use glam::DVec3;
 use rand::Rng;
 
+use crate::film_stack::Faces;
 use crate::ledger::{Booking, Loss};
 use crate::observer::{Fate, Interaction, Observer};
 use crate::optics::luminescence::{Collision, Collisions, Luminophore};
@@ -69,6 +70,17 @@ pub(crate) enum Flight {
     Absorbed(f64),
     /// It is given up.
     Lost,
+}
+
+/// Reason why a path is followed no farther.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stop {
+    /// It has ended, or goes on at another wavelength.
+    Over,
+    /// It has met as many surfaces as asked for.
+    Long,
+    /// It takes an outcome of the table of a film stack, where its ray begins now.
+    AtFilms,
 }
 
 /// Point where a ray has met a surface.
@@ -284,6 +296,56 @@ impl<'a, 't, L: Light, R: Rng, O: Observer> Walk<'_, 'a, 't, L, R, O> {
             self.give_up();
         }
         (self.path, is_given_up)
+    }
+
+    /// Follows the path until it has met `surfaces` surfaces, or to where it meets the film stack
+    /// with these outer faces and takes an outcome of its table.
+    #[inline]
+    pub fn follow_to_films(mut self, surfaces: u32, films: &Faces) -> (PathState, Stop) {
+        let last = surfaces.min(self.tracer.max_bounces);
+        while self.path.history.bounces < last {
+            let ahead = match self.path.location {
+                Location::World => films.ahead(&self.path.ray),
+                Location::Inside { .. } => None,
+            };
+            let hit = match ahead {
+                None => self.intersect(),
+                Some(length) => match self.before(length, films.instance()) {
+                    None => return self.reach_films(length),
+                    hit => hit,
+                },
+            };
+            if self.interact(hit).is_none() {
+                return (self.path, Stop::Over);
+            }
+        }
+        if self.path.history.bounces >= self.tracer.max_bounces {
+            self.give_up();
+            return (self.path, Stop::Over);
+        }
+        (self.path, Stop::Long)
+    }
+
+    /// The nearest surface before the film stack, which a ray of the world meets at this distance;
+    /// `films` is the instance of the stack, if that has nothing else.
+    #[inline(always)]
+    fn before(&self, length: f64, films: Option<u32>) -> Option<Hit<'a>> {
+        let (PathState { ray, own, .. }, scene) = (&self.path, self.tracer.scene);
+        if scene.nested.is_some() || films.is_none() {
+            let offset = scene.offset();
+            return self.intersect().filter(|hit| hit.distance < length - 4.0 * offset);
+        }
+        scene.nearest_before(ray, length, Candidates { except: films, only: *own })
+    }
+
+    /// Takes the path to where it meets the film stack.
+    fn reach_films(mut self, length: f64) -> (PathState, Stop) {
+        if self.transmit(&self.tracer.scene.world, length).is_none() {
+            return (self.path, Stop::Over);
+        }
+        self.show(length);
+        self.path.ray.origin = self.path.ray.at(length);
+        (self.path, Stop::AtFilms)
     }
 
     /// Follows the path through the world until it enters a body, and returns the instance there;

@@ -30,6 +30,7 @@ use walk::SceneWalker;
 use crate::batch::BatchTracer;
 use crate::batch::mesh_packets::MeshPackets;
 use crate::error::Error;
+use crate::film_stack::{BoundStack, StackWalker};
 use crate::observer::{Fate, Observer};
 use crate::optics::polarisation::Polarisation;
 use crate::outcome::{Outcome, Totals};
@@ -88,16 +89,29 @@ fn trace_groups(
         scene.admits(*receiver)?;
     }
 
-    let tracer = Tracer::new(scene, receivers, settings);
+    let mut tracer = Tracer::new(scene, receivers, settings);
+    if let Some(films) = control.films {
+        tracer.receivers.leave_out(films.table.unreached());
+    }
     let many = match settings.polarisation {
-        Polarisation::Unpolarised => Strategy::new(scene, settings.max_bounces),
-        Polarisation::Carried => Strategy::PathByPath,
+        Polarisation::Unpolarised if control.films.is_none() => {
+            Strategy::new(scene, settings.max_bounces)
+        }
+        Polarisation::Unpolarised | Polarisation::Carried => Strategy::PathByPath,
     };
+    let bound = control.films.map(|films| BoundStack::new(films, &[scene], &[], settings));
+    let films = bound.transpose()?;
     let like = || Tally::new(&tracer.receivers).totals;
     groups::resumed(settings, control, groups, 1, like, |group| {
         let at = (settings.seed, group);
-        let (totals, hits) =
-            trace_group(&tracer, &many, settings.in_group(), at, control, &mut ())?;
+        let (totals, hits) = trace_group(
+            &tracer,
+            (&many, films.as_ref()),
+            settings.in_group(),
+            at,
+            control,
+            &mut (),
+        )?;
         Ok((vec![totals], hits))
     })
 }
@@ -148,7 +162,7 @@ pub fn run_rays(
                 let mut escapes = Escapes { rays: Vec::new(), scale };
                 let (totals, hits) = trace_group(
                     &tracer,
-                    &Strategy::PathByPath,
+                    (&Strategy::PathByPath, None),
                     paths,
                     (settings.seed, group),
                     control,
@@ -187,9 +201,9 @@ impl<'a> Strategy<'a> {
 }
 
 /// Traces one group, given by seed and number.
-fn trace_group(
-    tracer: &Tracer<'_>,
-    many: &Strategy<'_>,
+fn trace_group<'a>(
+    tracer: &Tracer<'a>,
+    (many, films): (&Strategy<'_>, Option<&BoundStack<'a>>),
     paths: u64,
     at: (u64, u64),
     control: Control<'_>,
@@ -207,8 +221,15 @@ fn trace_group(
             mesh_packets.trace(tracer, paths, (streams, picker), &mut tally, keep_going)
         }
         Strategy::PathByPath => {
-            let mut walker = SceneWalker { tracer, picker, tally: &mut tally, observer };
-            one_by_one::trace(&mut walker, tracer.polarisation, paths, streams, keep_going)
+            let films = films.map(|films| StackWalker::new(films, at.1));
+            let mut walker = SceneWalker { tracer, picker, tally: &mut tally, films, observer };
+            let polarisation = tracer.polarisation;
+            let hits = one_by_one::trace(&mut walker, polarisation, paths, streams, keep_going);
+            let SceneWalker { films, tally, .. } = walker;
+            if let Some(films) = films {
+                films.close(&mut [tally]);
+            }
+            hits
         }
     };
     let hits = hits.ok_or(Error::Cancelled)?;

@@ -49,6 +49,8 @@ pub struct Ledger {
     pub accounts: Vec<(String, Estimate)>,
     /// Changes of accounts when the last wavelengths of a spectrum were added.
     pub wavelength_errors: BTreeMap<String, Estimate>,
+    /// Estimates of what cells of the table of a film stack add.
+    pub film_table_errors: BTreeMap<String, Estimate>,
 }
 
 impl Ledger {
@@ -59,7 +61,7 @@ impl Ledger {
             .enumerate()
             .map(|(i, name)| (name.clone(), jackknife(powers, |p| p[i] / p[emitted])))
             .collect();
-        Self { accounts, wavelength_errors: BTreeMap::new() }
+        Self { accounts, ..Self::default() }
     }
 
     /// The same with errors of accounts that no path reached: `one_path` is the share of one path,
@@ -99,6 +101,8 @@ struct Account {
     upper_bound: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     wavelength_error: Option<Estimate>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    film_table_error: Option<Estimate>,
 }
 
 impl Serialize for Ledger {
@@ -111,6 +115,7 @@ impl Serialize for Ledger {
                 standard_error,
                 upper_bound: upper_bound(value, standard_error),
                 wavelength_error: self.wavelength_errors.get(name).copied(),
+                film_table_error: self.film_table_errors.get(name).copied(),
             };
             map.serialize_entry(name, &account)?;
         }
@@ -124,6 +129,8 @@ impl<'de> Deserialize<'de> for Ledger {
         for (name, account) in BTreeMap::<String, Account>::deserialize(deserializer)? {
             let error = account.wavelength_error.map(|error| (name.clone(), error));
             ledger.wavelength_errors.extend(error);
+            let error = account.film_table_error.map(|error| (name.clone(), error));
+            ledger.film_table_errors.extend(error);
             let share = Estimate::new(account.value, account.standard_error);
             ledger.accounts.push((name, share));
         }

@@ -62,6 +62,9 @@ pub struct FigureEntry {
     /// Change when the last wavelengths were added.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_error: Option<Estimate>,
+    /// Estimate of what cells of the table of a film stack add, from cells of twice the width.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub film_table_error: Option<Estimate>,
     /// Reference value from elsewhere, in the unit of the figure.
     #[serde(rename = "published", default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<f64>,
@@ -132,6 +135,7 @@ impl FigureEntry {
             upper_bound: self.upper_bound.map(times),
             interval: self.interval.map(|ends| ends.map(times)),
             wavelength_error: self.wavelength_error.map(|error| error.times(factor)),
+            film_table_error: self.film_table_error.map(|error| error.times(factor)),
             ..self
         }
     }
@@ -202,6 +206,7 @@ impl FigureEntry {
             valley_at_mm: None,
             peak_at_mm: None,
             wavelength_error: None,
+            film_table_error: None,
             reference: None,
         }
     }

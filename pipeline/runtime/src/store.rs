@@ -131,6 +131,30 @@ impl Store {
         Self::new(cache, cache.join(name), Purpose::Lasting, console)
     }
 
+    /// The store in the folder `name` of the same cache, which lasts; keys that have not been written
+    /// for the longest time are removed where all hold more than `most` bytes.
+    #[must_use]
+    pub fn lasting_beside(&self, name: &str, most: u64) -> Self {
+        let store = Self::lasting(&self.cache, name, self.console);
+        let mut keys: Vec<(SystemTime, u64, PathBuf)> = entries(&store.folder)
+            .into_iter()
+            .filter_map(|folder| {
+                let files = entries(&folder);
+                let sizes = files.iter().filter_map(|file| Some(fs::metadata(file).ok()?.len()));
+                Some((fs::metadata(&folder).ok()?.modified().ok()?, sizes.sum(), folder))
+            })
+            .collect();
+        keys.sort();
+        let mut bytes: u64 = keys.iter().map(|(_, bytes, _)| bytes).sum();
+        for (_, of_key, folder) in keys {
+            if bytes > most {
+                remove(&folder);
+                bytes -= of_key;
+            }
+        }
+        store
+    }
+
     fn new(cache: &Path, folder: PathBuf, purpose: Purpose, console: Console) -> Self {
         Self {
             cache: cache.to_path_buf(),

@@ -24,6 +24,7 @@ use metrics::uniformity_forms::{PHASES, cell, sees_one_phase};
 use results::package::MAP;
 
 use super::cells::band_cells;
+use super::film_table::{FilmTreatment, treatment};
 use super::model::copies_um;
 use super::observation::layout;
 use super::symmetry::{broken_by, of_maps};
@@ -91,6 +92,11 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
     }
     for solid in &design.solids {
         line(if solid.is_film() { "film" } else { "solid" }, self::solid(solid));
+    }
+    match treatment(design) {
+        FilmTreatment::NoFilms => {}
+        FilmTreatment::Table(stack) => line("film stack", stack.describe()),
+        FilmTreatment::Traced(why) => line("film stack", format!("film by film: {why}")),
     }
     let m = &design.mirror;
     line(

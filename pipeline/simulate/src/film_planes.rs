@@ -9,15 +9,17 @@ use tracer::{Detector, Measurement, Scene};
 
 use design::Design;
 use design::resolved::solids::CheckedSolid;
-use design::schema::solids::SolidForm;
 use results::film_light::{WAYS, account};
 
 /// Largest distance of a plane from the film that it is named for, mm: half the usual gap.
 const OFF_MM: f64 = 0.005;
+
 /// Planes of a design with their accounts, upwards: two of each plane, up and down.
 pub struct FilmPlanes {
     /// Detectors of one bin.
     pub detectors: Vec<Detector>,
+    /// Their heights, mm, and the ways in which light passes them.
+    pub levels_mm: Vec<(f64, Sense)>,
     /// Accounts of the ledger, which are no ends of light.
     pub accounts: Vec<String>,
 }
@@ -37,27 +39,29 @@ impl FilmPlanes {
             };
             let pair = [detector(Sense::Plus)?, detector(Sense::Minus)?];
             if pair.iter().all(|detector| scene.admits(detector).is_ok()) {
-                all.push((name.replace([' ', ','], "_"), pair));
+                all.push((name.replace([' ', ','], "_"), z_mm, pair));
             }
         }
         // Numbers that sort as the planes lie.
         let digits = all.len().to_string().len();
-        let accounts = all.iter().enumerate().flat_map(|(k, (name, _))| {
+        let accounts = all.iter().enumerate().flat_map(|(k, (name, ..))| {
             let number = format!("{:0digits$}", k + 1);
             WAYS.map(|way| account(&number, way, name))
         });
         let accounts = accounts.collect();
-        Ok(Self { detectors: all.into_iter().flat_map(|(_, pair)| pair).collect(), accounts })
+        let levels = all.iter().flat_map(|(_, z, _)| [Sense::Plus, Sense::Minus].map(|s| (*z, s)));
+        Ok(Self {
+            levels_mm: levels.collect(),
+            detectors: all.into_iter().flat_map(|(.., pair)| pair).collect(),
+            accounts,
+        })
     }
 }
 
 /// Name, lower and upper end, and lengths of a film, mm.
 fn film(solid: &CheckedSolid) -> Option<(&str, [f64; 2], [f64; 2])> {
-    let SolidForm::Box(flat) = &solid.stated.kind else { return None };
-    let [x, y, thickness] = flat.size_mm.0;
-    let middle = solid.stated.shared.position_mm.0[2];
-    let ends = [middle - 0.5 * thickness, middle + 0.5 * thickness];
-    solid.is_film().then_some((solid.name(), ends, [x, y]))
+    let (ends, lengths) = solid.film_mm()?;
+    Some((solid.name(), ends, lengths))
 }
 
 /// The planes of the films of `design`, upwards, with height and lengths, mm: `below_NAME`, of the

@@ -35,11 +35,13 @@
 //! | [`trace`] | Monte Carlo trace of one model |
 //! | [`symmetry`] | symmetries of a design, for averages and drawings |
 //! | `film_planes` | planes between the films of a stack |
+//! | [`film_table`], `film_parts` | the films as one layer, by a table, and what is kept of it |
 //! | [`observation`] | receiver sums and figures of merit |
 //! | [`lit`] | the part of each bin of a receiver that can be lit |
 //! | [`absolute`], [`units`] | watts, lumens, and factors between them |
 //! | [`snapshot`], [`stopping_rule`] | batches of paths until a figure is known |
 //! | [`trace_plan`], [`shard`], [`job`] | pieces of a computation that processes share |
+//! | `added_errors` | errors beside the scatter, from coarser computations |
 //! | [`spectral`] | the same at several wavelengths |
 //! | `scenes` | one scene, or one for each wavelength where media convert light |
 //! | [`model_traces`] | traces of many designs without files |
@@ -48,11 +50,14 @@
 //! | [`run`], [`model_writer`], [`model_result`] | the recipe of a run, its writer of files, its results |
 
 pub mod absolute;
+mod added_errors;
 pub mod bodies;
 pub mod cells;
 pub mod description;
 pub mod dome_surface;
+mod film_parts;
 mod film_planes;
+pub mod film_table;
 pub mod job;
 pub mod lit;
 mod mirror_walls;

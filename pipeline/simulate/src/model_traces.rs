@@ -71,6 +71,6 @@ impl<'a> ModelTraces<'a> {
         };
         let surface = &dome.surface(design, tables.as_ref())?;
         let (paths, error_groups) = (design.trace.paths, self.error_groups);
-        TraceJob { design, surface, paths, what, error_groups }.observe(context)
+        TraceJob { design, surface, paths, what, error_groups, widened: false }.observe(context)
     }
 }

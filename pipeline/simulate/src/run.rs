@@ -11,12 +11,14 @@ use design::spectrum::lights::Lights;
 use results::ModelResult;
 use runtime::run_context::RunContext;
 
+use super::added_errors::AddedErrors;
+use super::film_table::{FilmTreatment, treatment};
 use super::model::Model;
 use super::model_writer::{Destination, Output};
 use super::observation::Observation;
 use super::paths_3d::WavelengthScene;
 use super::scene::DomeSurface;
-use super::spectral::{SpectralJob, WavelengthErrors};
+use super::spectral::SpectralJob;
 use super::stopping_rule::{self, StoppingRule};
 use super::tables::{DesignTables, tables};
 use super::trace::TraceJob;
@@ -119,7 +121,9 @@ impl Run<'_> {
         };
         let mut result = model_result::model_result(design, model, &observation);
         let batches = until_error.is_some();
-        let errors = errors_of_tables((!batches).then_some(&observation), &job, context)?;
+        let first = (!batches).then_some(&observation);
+        let errors = errors_of_tables(first, &job, context)?;
+        let of_film_table = errors_of_film_table(first, &job, context)?;
         result.until_error = until_error;
         if let (Model::Hybrid, Some(tables)) = (model, tables) {
             result.tables = tables.describe();
@@ -136,7 +140,7 @@ impl Run<'_> {
             || destination.writer.write(output, &mut result, &mut observation, context),
         );
         written?;
-        if let Some(errors) = errors {
+        for errors in [errors, of_film_table].into_iter().flatten() {
             errors.add_to(&mut result, &units);
         }
         if let Some(package) = package {
@@ -193,7 +197,7 @@ fn errors_of_tables(
     observation: Option<&Observation>,
     job: &TraceJob<'_>,
     context: RunContext,
-) -> Result<Option<WavelengthErrors>> {
+) -> Result<Option<AddedErrors>> {
     let Some(surface) = job.surface.second_nearest() else {
         if let DomeSurface::ByWavelength(..) = job.surface {
             context.console.warn(&format!(
@@ -205,9 +209,36 @@ fn errors_of_tables(
     };
     let what = format!("{}, tables of the second nearest wavelength", job.what);
     let other = TraceJob { surface: &surface, what: &what, ..*job }.observe(context)?;
-    let errors = |seen| WavelengthErrors::between(seen, &other, job.design);
-    Ok(Some(match observation {
+    against(observation, job, context, |seen| AddedErrors::of_wavelengths(seen, &other, job.design))
+        .map(Some)
+}
+
+/// Errors of what `job` saw by the cells of its table of films: from the change to cells of twice the
+/// width, traced with a quarter of the paths.
+fn errors_of_film_table(
+    observation: Option<&Observation>,
+    job: &TraceJob<'_>,
+    context: RunContext,
+) -> Result<Option<AddedErrors>> {
+    if !matches!(treatment(job.design), FilmTreatment::Table(_)) {
+        return Ok(None);
+    }
+    let what = format!("{}, wide cells of the table of films", job.what);
+    let wide = TraceJob { widened: true, what: &what, paths: job.paths.div_ceil(4), ..*job };
+    let wide = wide.observe(context)?;
+    against(observation, job, context, |seen| AddedErrors::of_film_table(seen, &wide, job.design))
+        .map(Some)
+}
+
+/// Errors of what `job` saw; of batches those of the first one, which is traced here.
+fn against(
+    observation: Option<&Observation>,
+    job: &TraceJob<'_>,
+    context: RunContext,
+    errors: impl Fn(&Observation) -> AddedErrors,
+) -> Result<AddedErrors> {
+    Ok(match observation {
         Some(seen) => errors(seen),
         None => errors(&job.observe(context)?),
-    }))
+    })
 }

@@ -61,6 +61,21 @@ impl Scenes {
         }
     }
 
+    /// The design at the wavelength of each scene.
+    ///
+    /// # Errors
+    /// A wavelength at which a material has no data.
+    pub fn designs(&self, design: &Design) -> Result<Vec<Design>> {
+        match self {
+            Self::One(_) => Ok(vec![design.clone()]),
+            Self::Converting(all) => {
+                let nodes = &all.wavelengths_nm;
+                let at = |node| Ok(design.converting_at(nodes, node)?);
+                (0..nodes.len()).map(at).collect()
+            }
+        }
+    }
+
     /// Traces them; one outcome for each channel.
     pub fn run(
         &self,

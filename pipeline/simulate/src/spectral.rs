@@ -18,24 +18,23 @@ mod rule;
 mod sweep;
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 use anyhow::{Result, ensure};
 use serde_json::json;
 
-use design::Design;
 use design::spectrum::Sampling;
 use design::spectrum::lights::{Colour, Lights};
 use design::spectrum::quadrature::COUNTS;
 use metrics::Estimate;
 use metrics::figures::{self, PEAK_ANGLE, Source};
 use metrics::plural::count;
+use results::Figure;
 use results::schema::{FileUnits, SpectrumEntry, StoppedBy, UntilError};
-use results::{Figure, ModelResult};
 
 use self::rule::{Node, Rule, any, compares, medians, smallest_rule, tolerance};
 pub use self::sweep::SpectralJob;
 use self::sweep::Sweep;
+use super::added_errors::AddedErrors;
 use super::observation::Observation;
 use super::paths_3d::WavelengthScene;
 use super::stopping_rule::StoppingRule;
@@ -147,16 +146,16 @@ impl SpectralTrace<'_> {
 
     /// How much all figures, accounts of the ledger and figures of receivers of `observation`, which
     /// is the sum, changed from fewer wavelengths.
-    pub fn wavelength_errors(&self, observation: &Observation) -> WavelengthErrors {
+    pub fn wavelength_errors(&self, observation: &Observation) -> AddedErrors {
         if self.stop == StoppedBy::NoDispersion {
-            return WavelengthErrors { by_key: BTreeMap::new(), of_others: Some(0.0) };
+            return AddedErrors::none();
         }
         match &self.coarse {
             Some(coarse) => {
                 let coarse = self.sweep.of_whole_light(coarse);
-                WavelengthErrors::between(observation, &coarse, self.sweep.job.design)
+                AddedErrors::of_wavelengths(observation, &coarse, self.sweep.job.design)
             }
-            None => WavelengthErrors { by_key: BTreeMap::new(), of_others: None },
+            None => AddedErrors::unknown(),
         }
     }
 
@@ -199,57 +198,6 @@ impl SpectralTrace<'_> {
     /// Share of the flux, design and dome of every node.
     pub(super) fn surfaces(&self) -> Vec<WavelengthScene<'_>> {
         self.rule.iter().map(|node| self.sweep.surface(node)).collect()
-    }
-}
-
-/// Changes of figures by the last wavelengths, by key.
-pub struct WavelengthErrors {
-    by_key: BTreeMap<String, Estimate>,
-    /// That of keys that are not there.
-    of_others: Option<f64>,
-}
-
-impl WavelengthErrors {
-    /// Changes of all figures of `design` from `other` to `observation`.
-    pub fn between(observation: &Observation, other: &Observation, design: &Design) -> Self {
-        let changes = observation.changes(other, design, |_| true).into_iter();
-        let by_key = changes.map(|(key, change)| {
-            (key.into_owned(), Estimate::new(change.value.abs(), change.standard_error))
-        });
-        Self { by_key: by_key.collect(), of_others: None }
-    }
-
-    fn of(&self, key: &str) -> Option<Estimate> {
-        let others = || self.of_others.map(|value| Estimate::new(value, 0.0));
-        self.by_key.get(key).copied().or_else(others)
-    }
-
-    /// Adds them to the figures, the ledger, absolute figures and receivers of `result`.
-    pub fn add_to(&self, result: &mut ModelResult, units: &Units) {
-        for figure in &mut result.figures {
-            figure.entry.wavelength_error = self.of(&figure.key);
-        }
-        let accounts = result.ledger.accounts.iter().map(|(account, _)| account);
-        let errors = accounts.filter_map(|account| Some((account.clone(), self.of(account)?)));
-        result.ledger.wavelength_errors = errors.collect();
-        if let Some(absolute) = &mut result.absolute {
-            let per_package = 1.0 / absolute.packages as f64;
-            for (key, figure) in &mut absolute.figures {
-                figure.array.wavelength_error = self.of(key);
-                if let Some(one) = &mut figure.per_package {
-                    let error = figure.array.wavelength_error;
-                    one.wavelength_error = error.map(|error| error.times(per_package));
-                }
-            }
-        }
-        for (name, receiver) in result.receivers.iter_mut().flatten() {
-            for (key, entry) in &mut receiver.figures {
-                // As a figure a flux is a share.
-                let factor = if key == "flux" { units.per_flux() } else { 1.0 };
-                let error = self.of(&format!("{key}.{name}"));
-                entry.wavelength_error = error.map(|error| error.times(factor));
-            }
-        }
     }
 }
 

@@ -367,7 +367,14 @@ mod tests {
     }
 
     fn job<'a>(design: &'a Design, surface: &'a DomeSurface) -> TraceJob<'a> {
-        TraceJob { design, surface, paths: design.trace.paths, what: "", error_groups: GROUPS }
+        TraceJob {
+            design,
+            surface,
+            paths: design.trace.paths,
+            what: "",
+            error_groups: GROUPS,
+            widened: false,
+        }
     }
 
     #[test]

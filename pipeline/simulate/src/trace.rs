@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use anyhow::Result;
 use serde_json::{Value, json};
-use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Settings};
+use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Settings, TabulatedFilms};
 
 use design::Design;
 use design::resolved::medium::Medium;
@@ -18,12 +18,18 @@ use runtime::progress::is_news;
 use runtime::run_context::RunContext;
 use runtime::store::{Entries, Store};
 
+use super::film_parts::FilmParts;
 use super::film_planes::FilmPlanes;
+use super::film_table::{FilmTreatment, treatment};
 use super::observation::{Observation, plane_grid};
 use super::scene::{self, DomeSurface};
 pub use super::scenes::GROUPS;
 use super::scenes::{self, Scenes};
 
+/// Folder of the cache with the tables of films.
+const FILMS: &str = "films";
+/// Bytes of all of them, beyond which the oldest go.
+const MAX_FILM_BYTES: u64 = 4 << 30;
 /// Account of the paths that met too many surfaces.
 const TOO_MANY: &str = "lost_too_many_bounces";
 /// Share of the power that may be given up without a word.
@@ -39,6 +45,8 @@ pub(super) struct TraceJob<'a> {
     pub what: &'a str,
     /// Groups that errors are told from; they divide [`GROUPS`].
     pub error_groups: usize,
+    /// True for cells of twice the width in the table of films.
+    pub widened: bool,
 }
 
 /// Traces `paths` paths of `design` with `surface` on its domes; `what` is shown beside the
@@ -53,7 +61,7 @@ pub fn observe(
     what: &str,
     context: RunContext,
 ) -> Result<Observation> {
-    let job = TraceJob { design, surface, paths, what, error_groups: GROUPS };
+    let job = TraceJob { design, surface, paths, what, error_groups: GROUPS, widened: false };
     job.observe(context)
 }
 
@@ -99,14 +107,7 @@ impl TraceJob<'_> {
         progress: &(dyn Fn(u64) + Sync),
         context: RunContext,
     ) -> Result<Vec<Observation>> {
-        let scenes = Scenes::new(self.design, self.surface)?;
-        context.interrupt.check()?;
-        let groups = self.groups(context);
-        let planes = FilmPlanes::new(self.design, scenes.first())?;
-        let outcomes = self.with_receivers(&planes, |receivers| {
-            let settings = self.settings(context.seed);
-            scenes.run(receivers, &settings, control(progress, groups.as_ref(), context))
-        })?;
+        let (scenes, planes, outcomes) = self.prepared(progress, context, Scenes::run)?;
         context.interrupt.check()?;
         context.checkpoints.map_or(Ok(()), Store::take_error)?;
         let outcomes = uninterrupted(outcomes)?.into_iter();
@@ -119,21 +120,55 @@ impl TraceJob<'_> {
     /// # Errors
     /// A scene that cannot be built, those of the tracer; a group that cannot be kept; an interrupt.
     pub fn keep_groups(&self, wanted: Range<u64>, context: RunContext) -> Result<()> {
-        let scenes = Scenes::new(self.design, self.surface)?;
         let count = wanted.end - wanted.start;
         let bar = context.console.progress(count * self.paths.div_ceil(GROUPS as u64), self.what);
         let progress = |done| bar.inc(done);
-        let groups = self.groups(context);
-        let planes = FilmPlanes::new(self.design, scenes.first())?;
-        let done = self.with_receivers(&planes, |receivers| {
-            let settings = self.settings(context.seed);
-            let control = control(&progress, groups.as_ref(), context);
-            scenes.run_groups(receivers, &settings, control, wanted)
-        })?;
+        let (.., done) =
+            self.prepared(&progress, context, |scenes, receivers, settings, control| {
+                scenes.run_groups(receivers, settings, control, wanted)
+            })?;
         bar.finish_and_clear();
         context.interrupt.check()?;
         uninterrupted(done)?;
         context.checkpoints.map_or(Ok(()), Store::take_error)
+    }
+
+    /// Builds scenes, planes between films and the table of films, and hands them to `run`.
+    fn prepared<T>(
+        &self,
+        progress: &(dyn Fn(u64) + Sync),
+        context: RunContext,
+        run: impl FnOnce(&Scenes, &[&dyn Receiver], &Settings, Control<'_>) -> T,
+    ) -> Result<(Scenes, FilmPlanes, T)> {
+        let design = self.design;
+        let scenes = Scenes::new(design, self.surface)?;
+        context.interrupt.check()?;
+        let planes = FilmPlanes::new(design, scenes.first())?;
+        let groups = self.groups(context);
+        let lasting = context.checkpoints.map(|store| store.lasting_beside(FILMS, MAX_FILM_BYTES));
+        let (mut table, mut parts) = (None, None);
+        if let FilmTreatment::Table(stack) = treatment(design) {
+            let designs = scenes.designs(design)?;
+            // After the far field, the plane and the receivers of the design.
+            let numbers = 2 + design.receivers.len()..;
+            let levels =
+                numbers.zip(&planes.levels_mm).map(|(number, (z, way))| (number, *z, *way));
+            table = Some(stack.table(&designs, &levels.collect::<Vec<_>>())?);
+            let key = Key::of(&stack.key_fields(&designs, context.seed));
+            let cache = lasting.as_ref().map(|store| store.entries(key.clone()));
+            parts = Some(FilmParts::new(key, cache));
+        }
+        let films = table.as_ref().map(|table| TabulatedFilms {
+            table,
+            parts: parts.as_ref().map(|parts| parts as &dyn CheckpointStore),
+            widened: self.widened,
+        });
+        let done = self.with_receivers(&planes, |receivers| {
+            let settings = self.settings(context.seed);
+            let control = control(progress, groups.as_ref(), context);
+            run(&scenes, receivers, &settings, Control { films, ..control })
+        })?;
+        Ok((scenes, planes, done))
     }
 
     /// Hands far field, plane, the design's own receivers and `planes` between films to `trace`.
@@ -178,6 +213,7 @@ impl TraceJob<'_> {
             "surface": {"kind": kind, "open": open, "meridian": self.surface.meridian()},
             "paths": self.paths,
             "seed": seed,
+            "widened": self.widened,
         })
     }
 }
@@ -204,6 +240,7 @@ fn control<'a>(
         progress: Some(progress),
         cancel: Some(context.interrupt.flag()),
         checkpoints: groups.map(|groups| groups as &dyn CheckpointStore),
+        films: None,
     }
 }
 

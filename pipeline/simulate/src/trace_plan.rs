@@ -87,6 +87,7 @@ impl TracePlan {
             paths: self.paths,
             what: &self.what,
             error_groups: GROUPS,
+            widened: false,
         }
     }
 

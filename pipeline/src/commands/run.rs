@@ -22,6 +22,7 @@ use runtime::run_context::RunContext;
 use runtime::store::{MIN_PATHS, Store};
 use simulate::description::description;
 use simulate::dome_surface::dome_surface;
+use simulate::film_table::{FilmTreatment, treatment};
 use simulate::job::{Job, SharedWork, Task};
 use simulate::model::Model;
 use simulate::model_writer::Destination;
@@ -226,13 +227,15 @@ pub fn of_design(design: Design, arguments: &RunArgs, context: RunContext) -> Re
     let Prepared { design, models, .. } = &prepared;
     let needs_tables = models.contains(&Model::Hybrid);
     let stores_paths = prepared.stores_paths();
-    let cache = (arguments.cache.is_some() || needs_tables || stores_paths)
+    let tabulates_films = matches!(treatment(design), FilmTreatment::Table(_));
+    let stores = stores_paths || tabulates_films;
+    let cache = (arguments.cache.is_some() || needs_tables || stores)
         .then(|| cache(arguments.cache.as_deref(), &arguments.out));
     let folders = models.iter().map(|&m| model_result::folder(design, m));
     results_writable(&arguments.out, folders, &[results::FILE], cache.as_ref())?;
     let stored = [needs_tables.then_some(TABLES), stores_paths.then_some(outputs::PATHS)];
     note_interrupt(context, cache.as_ref(), &stored);
-    let checkpoints = checkpoints(cache.as_ref().filter(|_| stores_paths), context)?;
+    let checkpoints = checkpoints(cache.as_ref().filter(|_| stores), context)?;
     let earlier = earlier(design, models, arguments, context);
     let writer = ModelFilesWriter { earlier: earlier.clone() };
     let destination = Destination { out: &arguments.out, writer: &writer };
@@ -267,7 +270,7 @@ pub fn in_memory(
 ) -> Result<(Value, ModelArrays)> {
     let prepared = Prepared::new(design, arguments, context)?;
     let cache = arguments.cache.as_deref().map(|given| Cache::new(given.to_owned()));
-    let checkpoints = checkpoints(cache.as_ref().filter(|_| prepared.stores_paths()), context)?;
+    let checkpoints = checkpoints(cache.as_ref(), context)?;
     let writer = MemoryWriter::default();
     let destination = Destination { out: Path::new(""), writer: &writer };
     let results =

@@ -120,7 +120,7 @@ impl DetectorRectangle {
     }
 
     /// Corners of the rectangle as a box without height.
-    pub(super) fn bounds(&self) -> Bounds {
+    pub fn bounds(&self) -> Bounds {
         let ([u, v, _], _) = self.facing.axes();
         let mut half = DVec3::ZERO;
         (half[u], half[v]) = (0.5 * self.size[0], 0.5 * self.size[1]);

@@ -26,6 +26,8 @@ struct CompiledReceiver<'a> {
     surfaces: Option<Vec<usize>>,
     filter: Option<CompiledFilter<'a>>,
     stokes_axis: Option<DVec3>,
+    /// True if no segment of the run can reach it.
+    is_idle: bool,
 }
 
 /// All receivers of a run.
@@ -43,6 +45,11 @@ pub(crate) struct Receivers<'a> {
 }
 
 impl<'a> Receivers<'a> {
+    /// Passes over the receivers of these numbers, which no segment can reach.
+    pub fn leave_out(&mut self, numbers: impl IntoIterator<Item = usize>) {
+        numbers.into_iter().for_each(|number| self.all[number].is_idle = true);
+    }
+
     /// True if any reads segments that end at a surface.
     pub fn read_segments(&self) -> bool {
         self.read_from <= 0.0
@@ -64,6 +71,7 @@ impl<'a> Receivers<'a> {
             },
             filter: receiver.filter().map(|filter| CompiledFilter::new(filter, &scene.lines)),
             stokes_axis: receiver.stokes_axis(),
+            is_idle: false,
         };
         let all: Vec<_> = receivers.iter().map(compiled).collect();
         let needs = |wanted: fn(Needs<'_>) -> bool| receivers.iter().any(|r| wanted(r.needs()));
@@ -173,7 +181,7 @@ impl<'a> Tally<'a> {
         let segments = &mut self.segments;
         let mut bins = [NO_BIN; RAY_BUFFER];
         for (receiver, readings) in self.receivers.all.iter().zip(&mut self.totals.readings) {
-            if receiver.surfaces.is_some() {
+            if receiver.surfaces.is_some() || receiver.is_idle {
                 continue;
             }
             receiver.receiver.bin_many(segments, &mut bins);

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Callbacks of a running trace: progress, cancellation, checkpoints.
+//! What goes with a trace beside scene, receivers and settings: progress, cancellation, checkpoints,
+//! and the table of a film stack.
 
 use std::sync::atomic::AtomicBool;
 
 use crate::checkpoint::CheckpointStore;
+use crate::film_stack::TabulatedFilms;
 
-/// Callbacks of a running trace.
+/// Callbacks of a running trace, and tables for it.
 #[derive(Clone, Copy, Default)]
 pub struct Control<'a> {
     /// Called now and then, from any thread, with the number of paths done since its last call.
@@ -15,4 +17,7 @@ pub struct Control<'a> {
     /// Keeps finished groups and gives them back; asked by all runs
     /// but [`super::run_rays`].
     pub checkpoints: Option<&'a dyn CheckpointStore>,
+    /// Table of the film stack of the scene; without it light is traced film by film. All runs but
+    /// [`super::run_rays`] take it.
+    pub films: Option<TabulatedFilms<'a>>,
 }

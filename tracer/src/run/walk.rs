@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Paths through one scene, or through the scenes of several wavelengths.
 
+use crate::film_stack::StackWalker;
 use crate::observer::Observer;
 use crate::optics::polarisation::Light;
-use crate::path::{PathState, Tracer, Walk};
+use crate::path::{PathState, Stop, Tracer, Walk};
 use crate::random::{self, PathStream};
 use crate::receiver::Tally;
 use crate::source_picker::SourcePicker;
@@ -29,6 +30,7 @@ pub(super) struct SceneWalker<'w, 'a, O> {
     pub tracer: &'w Tracer<'a>,
     pub picker: SourcePicker<'w>,
     pub tally: &'w mut Tally<'a>,
+    pub films: Option<StackWalker<'w, 'a>>,
     pub observer: &'w mut O,
 }
 
@@ -48,12 +50,26 @@ impl<L: Light, O: Observer> Walker<L> for SceneWalker<'_, '_, O> {
         rng: &mut PathStream,
         surfaces: u32,
     ) -> bool {
-        let Self { tracer, tally, observer, .. } = self;
+        let Self { tracer, tally, films, observer, .. } = self;
         let (tally, observer) = (&mut **tally, &mut **observer);
-        let is_over;
-        (*path, is_over) =
-            Walk { tracer, path: *path, light, rng, tally, observer }.follow_to(surfaces);
-        is_over
+        let Some(films) = films else {
+            let is_over;
+            (*path, is_over) =
+                Walk { tracer, path: *path, light, rng, tally, observer }.follow_to(surfaces);
+            return is_over;
+        };
+        loop {
+            let (light, rng) = (&mut *light, &mut *rng);
+            let (tally, observer) = (&mut *tally, &mut *observer);
+            let walk = Walk { tracer, path: *path, light, rng, tally, observer };
+            let stop;
+            (*path, stop) = walk.follow_to_films(surfaces, films.faces(path.wavelength));
+            match stop {
+                Stop::AtFilms if films.pass(path, light, rng) => {}
+                Stop::AtFilms | Stop::Over => return true,
+                Stop::Long => return false,
+            }
+        }
     }
 }
 
@@ -64,6 +80,7 @@ pub(super) struct SpectralWalker<'w, 'a, O> {
     pub tallies: Vec<Tally<'w>>,
     /// Sums of the shares of power that each source emits at the wavelengths.
     pub emission: &'w [Vec<f64>],
+    pub films: Option<StackWalker<'w, 'a>>,
     pub observer: &'w mut O,
 }
 
@@ -89,12 +106,24 @@ impl<L: Light, O: Observer> Walker<L> for SpectralWalker<'_, '_, O> {
             let wavelength = path.wavelength;
             let tracer = &self.tracers[usize::from(wavelength)];
             let tally = &mut self.tallies[usize::from(wavelength)];
-            let observer = &mut *self.observer;
-            let is_over;
-            (*path, is_over) =
-                Walk { tracer, path: *path, light, rng, tally, observer }.follow_to(surfaces);
-            if path.wavelength == wavelength {
-                return is_over;
+            let (light, rng, observer) = (&mut *light, &mut *rng, &mut *self.observer);
+            let walk = Walk { tracer, path: *path, light, rng, tally, observer };
+            let stop;
+            (*path, stop) = match &self.films {
+                Some(films) => walk.follow_to_films(surfaces, films.faces(wavelength)),
+                None => match walk.follow_to(surfaces) {
+                    (path, true) => (path, Stop::Over),
+                    (path, false) => (path, Stop::Long),
+                },
+            };
+            match (stop, &mut self.films) {
+                (Stop::AtFilms, Some(films)) => {
+                    if !films.pass(path, light, rng) {
+                        return true;
+                    }
+                }
+                _ if path.wavelength == wavelength => return stop == Stop::Over,
+                _ => {}
             }
         }
     }

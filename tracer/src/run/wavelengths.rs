@@ -13,6 +13,7 @@ use super::groups::{self, Group, Progress};
 use super::one_by_one;
 use super::walk::SpectralWalker;
 use crate::error::{Error, check};
+use crate::film_stack::{BoundStack, StackWalker};
 use crate::outcome::{Outcome, Totals};
 use crate::path::Tracer;
 use crate::receiver::{Receiver, Tally};
@@ -113,18 +114,27 @@ impl WavelengthRun<'_> {
         let numbered = self.scenes.iter().enumerate();
         let tracers: Vec<Tracer<'_>> = numbered
             .map(|(number, scene)| {
-                Tracer::new(scene, receivers, settings).at(self.wavelengths_nm, number)
+                let mut tracer = Tracer::new(scene, receivers, settings);
+                if let Some(films) = control.films {
+                    tracer.receivers.leave_out(films.table.unreached());
+                }
+                tracer.at(self.wavelengths_nm, number)
             })
             .collect();
+        let bound = control
+            .films
+            .map(|films| BoundStack::new(films, self.scenes, self.wavelengths_nm, settings));
+        let films = bound.transpose()?;
         let like = || Tally::new(&tracers[0].receivers).totals;
         groups::resumed(settings, control, groups, self.channels.len(), like, |group| {
-            self.group(&tracers, &emission, (settings.seed, group), settings.in_group(), control)
+            let at = (settings.seed, group);
+            self.group((&tracers, films.as_ref()), &emission, at, settings.in_group(), control)
         })
     }
 
-    fn group(
+    fn group<'a>(
         &self,
-        tracers: &[Tracer<'_>],
+        (tracers, films): (&[Tracer<'a>], Option<&BoundStack<'a>>),
         emission: &[Vec<f64>],
         at: (u64, u64),
         paths: u64,
@@ -137,12 +147,16 @@ impl WavelengthRun<'_> {
             picker,
             tallies: tracers.iter().map(|tracer| Tally::new(&tracer.receivers)).collect(),
             emission,
+            films: films.map(|films| StackWalker::new(films, at.1)),
             observer: &mut (),
         };
         let mut progress = Progress::new(control);
         let keep_going = |done: u64| progress.keep_going(done);
         let hits = one_by_one::trace(&mut walker, first.polarisation, paths, streams, keep_going);
         let hits = hits.ok_or(Error::Cancelled)?;
+        if let Some(films) = walker.films {
+            films.close(&mut walker.tallies.iter_mut().collect::<Vec<_>>());
+        }
         progress.report(paths);
         let scale = first.scene.power() / paths as f64;
         let of_wavelength: Vec<Totals> = walker.tallies.into_iter().map(Tally::close).collect();

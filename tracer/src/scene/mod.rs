@@ -200,6 +200,11 @@ impl Scene {
         list[..count].iter().map(move |instance| (body(instance.prototype), instance.position))
     }
 
+    /// The instance of the array solids.
+    pub(crate) fn array_solids_instance(&self) -> Option<u32> {
+        self.array_solids
+    }
+
     /// The body of the array solids.
     pub(crate) fn array_solids(&self) -> Option<&Body> {
         self.array_solids.map(|number| self.body(number))
@@ -346,32 +351,52 @@ impl Scene {
         location: Location,
         candidates: Candidates,
     ) -> Option<Hit<'_>> {
-        let mut reach = self.reach();
+        let reach = self.reach();
         match location {
             Location::Inside { instance, medium } => {
                 let body = self.body(instance);
                 let hit = body.nearest(Some(medium), ray, reach)?;
                 Some(Self::hit_of(body, Some(instance), hit))
             }
-            Location::World => {
-                let ground = self.ground.nearest(None, ray, reach);
-                if let Some(hit) = ground {
-                    reach.to = hit.at.distance;
-                }
-                let except = candidates.except;
-                let met = match candidates.only {
-                    None => self.instances.nearest(&self.bodies, ray, reach, except),
-                    Some(only) => {
-                        let both = [Some(only), self.array_solids].into_iter().flatten();
-                        let numbers = both.filter(|number| except != Some(*number));
-                        self.instances.nearest_of(&self.bodies, ray, reach, numbers)
-                    }
-                };
-                if let Some((instance, hit)) = met {
-                    return Some(Self::hit_of(self.body(instance), Some(instance), hit));
-                }
-                ground.map(|hit| Self::hit_of(&self.ground, None, hit))
-            }
+            Location::World => self.nearest_in_world(ray, reach, candidates),
         }
+    }
+
+    /// The nearest surface that a ray of the world meets before the distance `to`. Only for scenes
+    /// without instances in array solids.
+    #[inline]
+    pub(crate) fn nearest_before(
+        &self,
+        ray: &Ray,
+        to: f64,
+        candidates: Candidates,
+    ) -> Option<Hit<'_>> {
+        self.nearest_in_world(ray, Reach { to, ..self.reach() }, candidates)
+    }
+
+    #[expect(clippy::inline_always, reason = "part of the loop over a path")]
+    #[inline(always)]
+    fn nearest_in_world(
+        &self,
+        ray: &Ray,
+        mut reach: Reach,
+        Candidates { except, only }: Candidates,
+    ) -> Option<Hit<'_>> {
+        let ground = self.ground.nearest(None, ray, reach);
+        if let Some(hit) = ground {
+            reach.to = hit.at.distance;
+        }
+        let met = match only {
+            None => self.instances.nearest(&self.bodies, ray, reach, except),
+            Some(only) => {
+                let both = [Some(only), self.array_solids].into_iter().flatten();
+                let numbers = both.filter(|number| except != Some(*number));
+                self.instances.nearest_of(&self.bodies, ray, reach, numbers)
+            }
+        };
+        if let Some((instance, hit)) = met {
+            return Some(Self::hit_of(self.body(instance), Some(instance), hit));
+        }
+        ground.map(|hit| Self::hit_of(&self.ground, None, hit))
     }
 }

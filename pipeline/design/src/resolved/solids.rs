@@ -108,6 +108,17 @@ pub(crate) enum SolidOptics {
     Law(Reflector),
 }
 
+/// Directions about the vertical in which a surface is the same.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Orientation {
+    /// All.
+    Round,
+    /// Its images in the planes along this direction from the x axis, degrees, and across it.
+    Axis(f64),
+    /// None.
+    Directed,
+}
+
 /// Grooves of a face.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct GroovedFace {
@@ -131,6 +142,17 @@ impl GroovedFace {
 }
 
 impl SolidOptics {
+    /// The directions in which it is the same.
+    fn orientation(&self) -> Orientation {
+        match self {
+            Self::Grooved(face) if face.is_symmetric => Orientation::Axis(face.direction_deg),
+            Self::Grooved(_) | Self::File { is_isotropic: false, .. } => Orientation::Directed,
+            Self::Polarising(PolarisingFace::Axes { axis_deg, .. }) => Orientation::Axis(*axis_deg),
+            Self::Scattering(table) if !table.is_isotropic() => Orientation::Directed,
+            _ => Orientation::Round,
+        }
+    }
+
     /// The symmetry that it leaves.
     pub(crate) fn symmetry(&self) -> Symmetry {
         match self {
@@ -230,6 +252,22 @@ impl CheckedSolid {
             SolidOptics::Polarising(face) => Some(face),
             _ => None,
         })
+    }
+
+    /// Heights of its lower and upper end, and lengths along x and y, mm, of a film.
+    pub fn film_mm(&self) -> Option<([f64; 2], [f64; 2])> {
+        let SolidForm::Box(flat) = &self.stated.kind else { return None };
+        let [x, y, thickness] = flat.size_mm.0;
+        let middle = self.stated.shared.position_mm.0[2];
+        let ends = [middle - 0.5 * thickness, middle + 0.5 * thickness];
+        self.is_film().then_some((ends, [x, y]))
+    }
+
+    /// The directions in which each of its surfaces is the same.
+    pub fn orientations(&self) -> impl Iterator<Item = Orientation> {
+        let surface = &self.surface;
+        let faces = surface.faces.iter().flatten();
+        std::iter::once(&surface.optics).chain(faces).map(SolidOptics::orientation)
     }
 
     /// Keys of what its faces do that planes across x or y do not mirror on itself, and what stands

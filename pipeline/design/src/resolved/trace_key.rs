@@ -29,7 +29,7 @@ use super::receivers::CheckedReceiver;
 use super::solids::CheckedSolid;
 use super::sources::CheckedSource;
 use super::{Design, Housing, Mirror};
-use crate::schema;
+use crate::schema::{self, FilmTracing};
 
 /// Takes a struct apart and lists the fields before `;` by name; those after it change no trace.
 macro_rules! fields {
@@ -115,13 +115,16 @@ impl Design {
             "solids": solids.iter().map(solid_fields).collect::<Vec<_>>(),
             "hybrid": hybrid_fields(hybrid, relief),
             "trace": fields!(trace => schema::Trace {
-                paths, max_interactions, sampling, ledger_by_source
+                paths, max_interactions, sampling, ledger_by_source; films
             }),
             "files": files_fields(files),
             "films": films,
             "polarization": polarization,
         });
         // Other designs have the fields of those that cannot say otherwise.
+        if trace.films == FilmTracing::Table && solids.iter().any(CheckedSolid::is_film) {
+            fields["trace"]["films"] = json!(trace.films);
+        }
         if self.converts() {
             let nodes = self.traced_nm();
             let emitted = self.emitted_at(&nodes);
@@ -135,6 +138,27 @@ impl Design {
             }
         }
         fields
+    }
+
+    /// Names and values of all fields on which outcomes of a table of the films depend, beside the
+    /// heights of films and what media are at several wavelengths.
+    pub fn film_fields(&self) -> Value {
+        let films = self.solids.iter().filter(|solid| solid.is_film()).map(|film| {
+            let CheckedSolid { stated_faces, medium, coats, files, .. } = film;
+            json!({
+                "name": film.name(),
+                "faces": stated_faces,
+                "medium": medium.as_ref().map(medium_fields),
+                "coats": coats,
+                "files": files.iter().map(hash).collect::<Vec<_>>(),
+            })
+        });
+        json!({
+            "films": films.collect::<Vec<_>>(),
+            "wavelength_nm": self.wavelength_nm,
+            "polarization": self.polarization,
+            "max_interactions": self.trace.max_interactions,
+        })
     }
 
     /// Names and values of the fields that say how figures are read from a trace.

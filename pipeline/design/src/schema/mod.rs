@@ -422,6 +422,20 @@ pub struct Trace {
     /// each), and has its ledger (`by_source`).
     #[serde(skip_serializing_if = "is_default")]
     pub ledger_by_source: bool,
+    /// Light at `[[films]]`. Default `"table"`, where it applies: `check` says.
+    #[serde(skip_serializing_if = "is_default")]
+    pub films: FilmTracing,
+}
+
+/// Treatment of light that meets a stack of films.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum FilmTracing {
+    /// It takes an outcome of a table of the whole stack.
+    #[default]
+    Table,
+    /// It is traced film by film.
+    Traced,
 }
 
 /// Start of paths.
@@ -442,6 +456,7 @@ impl Default for Trace {
             max_interactions: 10_000,
             sampling: Sampling::Random,
             ledger_by_source: false,
+            films: FilmTracing::Table,
         }
     }
 }

@@ -78,6 +78,7 @@ impl Traced {
             paths: self.paths,
             what,
             error_groups: GROUPS,
+            widened: false,
         }
     }
 }

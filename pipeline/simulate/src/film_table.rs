@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The films of a design as one layer: whether light that meets them takes an outcome of a table, and
+//! the films alone, of which the tracer draws the outcomes.
+
+use anyhow::Result;
+use serde_json::{Value, json};
+use tracer::glam::DVec3;
+use tracer::receiver::Sense;
+use tracer::{
+    Emission, Emitter, FilmTable, Filter, Measurement, Medium, Passage, Patch, Prototype, Region,
+    Scene, SceneBuilder, Shape, Source, StackBorder, StackSymmetry, Surface,
+};
+
+use design::Design;
+use design::resolved::dome::Dome;
+use design::resolved::reflector::Reflector;
+use design::resolved::solids::{CheckedSolid, Orientation};
+use design::schema::FilmTracing;
+use design::schema::solids::Per;
+
+/// Half the lengths of films without ends, mm.
+const ENDLESS_MM: f64 = 1e4;
+/// Number of the way in which outcomes are drawn and written: what is kept by another is of no use.
+const VERSION: u32 = 1;
+/// Lengths and heights that differ by less are equal, mm.
+const SAME_MM: f64 = 1e-6;
+/// Directions that differ by less are equal, degrees.
+const SAME_DEG: f64 = 1e-9;
+
+/// Treatment of the films of a design.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FilmTreatment {
+    /// There are none.
+    NoFilms,
+    /// Light takes an outcome of a table.
+    Table(FilmStack),
+    /// Light is traced film by film, and why.
+    Traced(String),
+}
+
+/// The stack that a table stands for.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilmStack {
+    /// Heights of the lowest and of the highest face, mm.
+    pub ends_mm: [f64; 2],
+    /// Lengths along x and y, mm.
+    size_mm: [f64; 2],
+    symmetry: StackSymmetry,
+    borders: [StackBorder; 2],
+}
+
+/// The treatment of the films of `design`.
+pub fn treatment(design: &Design) -> FilmTreatment {
+    let films: Vec<&CheckedSolid> = design.solids.iter().filter(|solid| solid.is_film()).collect();
+    let ends: Vec<_> = films.iter().filter_map(|film| film.film_mm()).collect();
+    let (Some(([low, _], size_mm)), Some(([_, high], _))) = (ends.first(), ends.last()) else {
+        return FilmTreatment::NoFilms;
+    };
+    if design.trace.films == FilmTracing::Traced {
+        return FilmTreatment::Traced("trace.films = \"traced\"".to_owned());
+    }
+    let (ends_mm, size_mm) = ([*low, *high], *size_mm);
+    let is_same = |other: &[f64; 2]| (0..2).all(|k| (size_mm[k] - other[k]).abs() < SAME_MM);
+    let in_stack = |[from, to]: [f64; 2]| to > low + SAME_MM && from < high - SAME_MM;
+    if let Some((film, _)) = films.iter().zip(&ends).find(|(_, (_, size))| !is_same(size)) {
+        return FilmTreatment::Traced(format!("film {:?} has lengths of its own", film.name()));
+    }
+    if in_stack([f64::NEG_INFINITY, top_mm(design)]) {
+        return FilmTreatment::Traced("a package reaches into the films".to_owned());
+    }
+    let others = design.solids.iter().filter(|solid| !solid.is_film() && solid.per() == Per::Array);
+    for solid in others {
+        let bounds = solid.form.shape(0.0).map(|shape| shape.bounds());
+        if bounds.is_ok_and(|around| in_stack([around.low.z, around.high.z])) {
+            let name = solid.name();
+            return FilmTreatment::Traced(format!("solid {name:?} stands in or between films"));
+        }
+    }
+    if in_stack([design.receiver.plane_height_mm; 2]) {
+        return FilmTreatment::Traced("the plane of the receiver lies between films".to_owned());
+    }
+    for receiver in &design.receivers {
+        let is_read = match &receiver.detector.measurement {
+            Measurement::Plane(at) | Measurement::Luminance(at, _) => {
+                let around = at.bounds();
+                in_stack([around.low.z, around.high.z])
+            }
+            Measurement::Flux(name) => films.iter().any(|film| film.name() == name),
+            Measurement::FarField(_) => false,
+        };
+        let Filter { sources: _, ref last_surface, last_radii_mm, bounces } =
+            receiver.detector.filter;
+        let is_filtered = last_surface.is_some()
+            || last_radii_mm.is_some()
+            || bounces != Filter::default().bounces;
+        if is_read || is_filtered {
+            let asks = if is_read { "lies between films or on one" } else { "asks for the past" };
+            let name = receiver.name();
+            return FilmTreatment::Traced(format!("receiver {name:?} {asks}"));
+        }
+    }
+    let mut emitters = design.sources.iter().flat_map(|source| &source.emitters);
+    let height = |z: f64| in_stack([z; 2]);
+    if emitters.any(|emitter| height(emitter.source.position.z)) {
+        return FilmTreatment::Traced("a source shines between films".to_owned());
+    }
+    let symmetry = symmetry(&films);
+    FilmTreatment::Table(FilmStack {
+        ends_mm,
+        size_mm,
+        symmetry,
+        borders: borders(design, size_mm, *high, symmetry),
+    })
+}
+
+/// Height of the highest body of a package, mm.
+fn top_mm(design: &Design) -> f64 {
+    let own = design.dome.as_ref().map_or(0.0, Dome::height_mm).max(design.led.height_mm);
+    let of_package = design.solids.iter().filter(|solid| solid.per() == Per::Package);
+    let tops = of_package.filter_map(|solid| Some(solid.form.shape(0.0).ok()?.bounds().high.z));
+    tops.fold(own, f64::max)
+}
+
+/// The symmetry of all films together.
+fn symmetry(films: &[&CheckedSolid]) -> StackSymmetry {
+    let mut axis_deg = None;
+    let mut symmetry = StackSymmetry::Round;
+    for orientation in films.iter().flat_map(|film| film.orientations()) {
+        match (orientation, axis_deg) {
+            (Orientation::Round, _) => {}
+            (Orientation::Directed, _) => return StackSymmetry::None,
+            (Orientation::Axis(deg), None) => {
+                axis_deg = Some(deg.rem_euclid(90.0));
+                symmetry = StackSymmetry::Mirrors(deg.rem_euclid(90.0).to_radians());
+            }
+            (Orientation::Axis(deg), Some(first)) => {
+                let apart = (deg - first).rem_euclid(90.0);
+                if apart.min(90.0 - apart) > SAME_DEG {
+                    symmetry = StackSymmetry::HalfTurn;
+                }
+            }
+        }
+    }
+    symmetry
+}
+
+/// What ends films of these lengths that reach up to `high_mm`.
+fn borders(
+    design: &Design,
+    size_mm: [f64; 2],
+    high_mm: f64,
+    symmetry: StackSymmetry,
+) -> [StackBorder; 2] {
+    let is_own_image = match symmetry {
+        StackSymmetry::Round => true,
+        StackSymmetry::Mirrors(axis) => axis == 0.0,
+        StackSymmetry::HalfTurn | StackSymmetry::None => false,
+    };
+    let mirrors = design.housing.as_ref().is_some_and(|housing| {
+        let whole = Reflector::Specular { reflectance: 1.0 };
+        housing.reflector == whole && housing.height_mm >= high_mm
+    });
+    [0, 1].map(|axis| {
+        let wall = design.housing_half_mm().map_or(f64::INFINITY, |half| 2.0 * half[axis]);
+        if is_own_image && mirrors && (wall - size_mm[axis]).abs() < SAME_MM {
+            StackBorder::Mirror
+        } else {
+            StackBorder::Edge
+        }
+    })
+}
+
+impl FilmStack {
+    /// Symmetry and ends, in words.
+    pub fn describe(&self) -> String {
+        let symmetry = match self.symmetry {
+            StackSymmetry::Round => "alike from all azimuths",
+            StackSymmetry::Mirrors(_) => "with two mirror planes",
+            StackSymmetry::HalfTurn => "alike after half a turn",
+            StackSymmetry::None => "without symmetry",
+        };
+        let ends = match self.borders {
+            [StackBorder::Mirror, StackBorder::Mirror] => "mirrored by the walls",
+            [StackBorder::Periodic, StackBorder::Periodic] => "without ends",
+            _ => "film by film near their ends",
+        };
+        format!(
+            "by a table of the whole stack ({symmetry}, {ends}); trace.films = \"traced\" traces film by film"
+        )
+    }
+
+    /// The table, of the design at each wavelength of its trace; `planes` between films are numbers of
+    /// receivers with heights, mm, and ways.
+    ///
+    /// # Errors
+    /// Scattering that does not fit the media.
+    pub fn table(&self, designs: &[Design], planes: &[(usize, f64, Sense)]) -> Result<FilmTable> {
+        let [low, high] = self.ends_mm;
+        let ends = designs[0].solids.iter().filter_map(CheckedSolid::film_mm);
+        let tops: Vec<f64> = ends.map(|([_, top], _)| top).collect();
+        let inside = planes.iter().filter(|(_, z, _)| *z > low && *z < high);
+        let passage = |(receiver, z, sense): &(usize, f64, Sense)| {
+            let gap = tops.iter().filter(|top| *top < z).count() - 1;
+            Passage { receiver: *receiver, gap, sense: *sense }
+        };
+        Ok(FilmTable {
+            scenes: designs.iter().map(|design| alone(design, low)).collect::<Result<_>>()?,
+            passages: inside.map(passage).collect(),
+            low_mm: low,
+            symmetry: self.symmetry,
+            half_mm: self.size_mm.map(|length| 0.5 * length),
+            borders: self.borders,
+        })
+    }
+
+    /// All that outcomes depend on, beside the program, of the same designs.
+    pub fn key_fields(&self, designs: &[Design], seed: u64) -> Value {
+        let low = self.ends_mm[0];
+        let films = designs[0].solids.iter().filter_map(CheckedSolid::film_mm);
+        let heights: Vec<[f64; 2]> =
+            films.map(|(ends, _)| ends.map(|z| level_mm(z - low))).collect();
+        let media = designs.iter().map(|design| {
+            let media = design.solids.iter().filter(|solid| solid.is_film()).map(|film| {
+                film.medium.as_ref().map(|medium| format!("{:?}", medium.to_tracer(film.name())))
+            });
+            media.collect::<Vec<_>>()
+        });
+        json!({
+            "films": designs.iter().map(Design::film_fields).collect::<Vec<_>>(),
+            "media": media.collect::<Vec<_>>(),
+            "heights_mm": heights,
+            "symmetry": format!("{:?}", self.symmetry),
+            "seed": seed,
+            "version": VERSION,
+        })
+    }
+}
+
+/// A height over the lowest face without the rounding of sums, mm.
+fn level_mm(z_mm: f64) -> f64 {
+    (z_mm * 1e9).round() / 1e9
+}
+
+/// The films of `design` alone and without ends, the lowest face at the height 0.
+fn alone(design: &Design, low_mm: f64) -> Result<Scene> {
+    let mut body = Prototype::default();
+    let films = design.solids.iter().filter(|solid| solid.is_film());
+    for (number, film) in films.enumerate() {
+        let (Some((ends, _)), Some(medium)) = (film.film_mm(), &film.medium) else { continue };
+        let [low, high] = ends.map(|z| level_mm(z - low_mm));
+        let across = |sign: f64, z: f64| DVec3::new(sign * ENDLESS_MM, sign * ENDLESS_MM, z);
+        let shape = Shape::cuboid(across(-1.0, low), across(1.0, high))?;
+        let optics = film.patches(&shape, design.wavelength_nm, [medium.index, 1.0])?;
+        let patches = optics.into_iter().map(|optics| Patch::new(film.name(), optics)).collect();
+        body.media.push(medium.to_tracer(film.name()));
+        let inside = Region::Body(number as u8);
+        body.surfaces.push(Surface::zoned(shape, inside, Region::World, patches));
+    }
+    let mut scene = SceneBuilder::new(Medium::air());
+    let body = scene.prototype(body);
+    // A scene has a source; outcomes begin at the outer faces.
+    let below = DVec3::new(0.0, 0.0, -1.0);
+    let source = Source::new("light", below, Region::World, Emitter::Point, Emission::Isotropic);
+    Ok(scene.source(source).place(body, DVec3::ZERO).build()?)
+}

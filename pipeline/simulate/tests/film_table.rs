@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Films by the table of the whole stack against films traced one by one.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use design::Design;
+use design::schema::FilmTracing;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
+use simulate::dome_surface::dome_surface;
+use simulate::film_table::{FilmTreatment, treatment};
+use simulate::model::Model;
+use simulate::observation::Observation;
+use simulate::trace::observe;
+
+/// Four LEDs on a white board between walls 12 mm apart.
+const BOX: &str = r#"
+name = "stack"
+mirror = { kind = "lambertian", reflectance = 0.9, extent = "array" }
+led = { size_mm = [0.5, 0.4], height_mm = 0.15, reflection = "lambertian", reflectance = 0.8 }
+array = { columns = 2, rows = 2, pitch_mm = 6.0 }
+housing = { kind = "WALLS", reflectance = 1.0, height_mm = 8.0, inner_size_mm = [12.0, 12.0] }
+receiver = { plane_height_mm = 7.0, bin_mm = 1.5, average = "none" }
+far_field = { bin_deg = 10.0, azimuth_bin_deg = 45.0 }
+
+[[receivers]]
+name = "luminance"
+kind = "luminance"
+position_mm = [0.0, 0.0, 7.0]
+size_mm = [12.0, 12.0]
+bins = [2, 2]
+theta_bin_deg = 30.0
+phi_bin_deg = 360.0
+"#;
+
+const LINE: &str = "light = { wavelength_nm = 550.0 }\n";
+const CARRIED: &str = "light = { wavelength_nm = 550.0, polarization = \"carried\" }\n";
+const BLUE: &str = r#"
+[light]
+step_nm = 30.0
+[light.spectrum]
+kind = "lines"
+weighting = "photometric"
+wavelength_nm = [450.0]
+power = [1.0]
+"#;
+
+const PLATE: &str = r#"
+[[films]]
+name = "plate"
+z_mm = 4.0
+thickness_mm = 1.0
+medium = { index = 1.49, scattering_per_mm = 2.0, g = 0.8, absorption_per_mm = 0.02 }
+"#;
+const DOTS: &str = r#"
+[[films]]
+name = "dots"
+thickness_mm = 0.1
+[films.medium]
+index = 1.5
+scattering_per_mm = 3.0
+g = 0.5
+[[films.medium.luminophores]]
+name = "green"
+absorption_per_mm = [[400, 4.0], [450, 3.2], [510, 1.5], [560, 0.0]]
+quantum_yield = 0.9
+emission = { peak_nm = 540, fwhm_nm = 40 }
+"#;
+const SHEETS: &str = r#"
+[[films]]
+name = "recycler"
+thickness_mm = 0.2
+medium = { index = 1.0 }
+top = { kind = "polariser", axis_deg = 0.0, pass = { transmittance = 0.90, reflectance = 0.06 }, block = { transmittance = 0.03, reflectance = 0.94 } }
+
+[[films]]
+name = "panel"
+thickness_mm = 0.3
+medium = { index = 1.0 }
+top = { kind = "polariser", axis_deg = 0.0, pass = { transmittance = [[0.0, 0.3], [40.0, 0.25], [80.0, 0.1]] } }
+"#;
+
+/// Crossed prisms, the lower ones along this direction.
+fn prisms(z: &str, direction_deg: f64) -> String {
+    let film = |name: &str, z: &str, direction_deg: f64| {
+        format!(
+            "[[films]]\nname = \"{name}\"\n{z}thickness_mm = 0.125\nmedium = {{ index = 1.586 }}\n\
+             top = {{ kind = \"prisms\", direction_deg = {direction_deg:?} }}\n"
+        )
+    };
+    film("lower", z, direction_deg) + &film("upper", "", direction_deg + 90.0)
+}
+
+fn parsed(walls: &str, parts: &[&str]) -> Design {
+    // Keys of the top come before tables.
+    let (keys, tables): (Vec<&str>, Vec<&str>) =
+        parts.iter().partition(|part| !part.trim_start().starts_with('['));
+    let text = BOX.replace("WALLS", walls).replacen(
+        "[[receivers]]",
+        &(keys.concat() + "[[receivers]]"),
+        1,
+    ) + &tables.concat();
+    design::parse("own.toml", &text, Path::new("")).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn seen(design: &Design, paths: u64, seed: u64) -> Observation {
+    let interrupt = Interrupt::default();
+    let context = RunContext::quiet(&interrupt, seed);
+    let surface = dome_surface(design, Model::Geometric, None).expect("no dome");
+    observe(design, &surface, paths, "", context).expect("a trace")
+}
+
+/// Values and stated errors of a figure or an account over seeds.
+#[derive(Default)]
+struct OverSeeds(Vec<[f64; 2]>);
+
+impl OverSeeds {
+    fn mean(&self) -> f64 {
+        self.0.iter().map(|[value, _]| value).sum::<f64>() / self.0.len() as f64
+    }
+
+    fn scatter(&self) -> f64 {
+        let squares: f64 = self.0.iter().map(|[value, _]| (value - self.mean()).powi(2)).sum();
+        (squares / (self.0.len() - 1) as f64).sqrt()
+    }
+
+    fn stated(&self) -> f64 {
+        let squares: f64 = self.0.iter().map(|[_, error]| error * error).sum();
+        (squares / self.0.len() as f64).sqrt()
+    }
+}
+
+/// All resolved figures, and accounts that light reaches.
+fn over_seeds(design: &Design, paths: u64, seeds: u64) -> BTreeMap<String, OverSeeds> {
+    let mut all: BTreeMap<String, OverSeeds> = BTreeMap::new();
+    for seed in 1..=seeds {
+        let seen = seen(design, paths, seed);
+        let figures = seen.estimates(design, |_| true);
+        let figures = figures.into_iter().filter(|figure| figure.entry.ends().is_none());
+        let figures = figures.filter(|figure| figure.entry.peak_place.is_off_axis());
+        for figure in figures {
+            let pair = [figure.entry.value, figure.entry.standard_error];
+            all.entry(figure.key.into_owned()).or_default().0.push(pair);
+        }
+        for (account, share) in seen.ledger().accounts {
+            if share.value > 1e-3 {
+                all.entry(format!("account {account}"))
+                    .or_default()
+                    .0
+                    .push([share.value, share.standard_error]);
+            }
+        }
+    }
+    all.retain(|_, over| over.0.len() as u64 == seeds);
+    all
+}
+
+/// Seeds; a ratio of scatter and stated error has a standard error of 11 %.
+const SEEDS: u64 = 40;
+/// From 0.8 to 1.25, three of these beyond it.
+const BAND: std::ops::Range<f64> = 0.55..1.65;
+/// Largest difference of means in standard errors, of some four hundred.
+const MOST: f64 = 4.5;
+
+#[test]
+#[ignore = "slow: five stacks over 40 seeds, by table and film by film (150 s)"]
+fn tables_of_stacks_see_what_is_traced_film_by_film() {
+    let prisms_on_top = |degrees: f64| prisms("", degrees);
+    for (name, design, paths) in [
+        ("plate between walls", parsed("lambertian", &[LINE, PLATE]), 12_800),
+        ("plate between mirrors", parsed("specular", &[LINE, PLATE]), 12_800),
+        ("conversion", parsed("specular", &[BLUE, PLATE, DOTS]), 12_800),
+        ("turned prisms", parsed("lambertian", &[LINE, &prisms("z_mm = 4.0\n", 10.0)]), 12_800),
+        ("polarisers", parsed("specular", &[CARRIED, PLATE, SHEETS]), 12_800),
+        ("all", parsed("lambertian", &[CARRIED, PLATE, &prisms_on_top(10.0), SHEETS]), 12_800),
+    ] {
+        assert!(matches!(treatment(&design), FilmTreatment::Table(_)), "{name}");
+        let mut traced = design.clone();
+        traced.trace.films = FilmTracing::Traced;
+        let by_table = over_seeds(&design, paths, SEEDS);
+        let by_film = over_seeds(&traced, paths, SEEDS);
+        let mut wrong = Vec::new();
+        let mut compared = 0;
+        for (key, table) in &by_table {
+            let ratio = table.scatter() / table.stated();
+            if table.stated() > 1e-12 && !BAND.contains(&ratio) {
+                wrong.push(format!("{key}: scatter over stated error {ratio:.2}"));
+            }
+            let Some(films) = by_film.get(key) else { continue };
+            let error = table.scatter().hypot(films.scatter()) / (SEEDS as f64).sqrt();
+            let off = (table.mean() - films.mean()) / error.max(1e-12);
+            compared += 1;
+            if off.abs() > MOST {
+                let (a, b) = (table.mean(), films.mean());
+                wrong.push(format!("{key}: {a} by table, {b} film by film, {off:.1} errors"));
+            }
+        }
+        println!("{name}: {compared} figures and accounts");
+        assert!(compared > 12, "{name}: {compared}");
+        assert!(wrong.is_empty(), "{name}:\n{}", wrong.join("\n"));
+    }
+}
+
+/// What keeps a stack from a table is said.
+#[test]
+fn stacks_that_no_table_fits_are_traced_and_say_why() {
+    let said = |parts: &[&str]| match treatment(&parsed("lambertian", parts)) {
+        FilmTreatment::NoFilms => "no films".to_owned(),
+        FilmTreatment::Table(_) => "table".to_owned(),
+        FilmTreatment::Traced(why) => why,
+    };
+    let narrow = PLATE.replace("plate", "small").replace("z_mm = 4.0", "size_mm = [5.0, 5.0]");
+    let receiver = |keys: &str| format!("[[receivers]]\nname = \"own\"\n{keys}\n");
+    let between = receiver(
+        "kind = \"plane\"\nposition_mm = [0.0, 0.0, 5.005]\nsize_mm = [2.0, 2.0]\nbins = [1, 1]",
+    );
+    let on_film = receiver("kind = \"surface\"\nsurface = \"plate\"");
+    let past = receiver("kind = \"surface\"\nsurface = \"wall\"\nonly = { max_bounces = 3 }");
+    let solid = "[[solids]]\nname = \"post\"\nkind = \"sphere\"\nper = \"array\"\nradius_mm = 0.1\n\
+                 position_mm = [0.0, 0.0, 4.5]\nsurface = { kind = \"absorbing\" }\n";
+    let upper = prisms("", 0.0);
+    for (parts, words) in [
+        (vec![LINE], "no films"),
+        (vec![LINE, PLATE], "table"),
+        (vec![LINE, PLATE, "trace = { films = \"traced\" }\n"], "trace.films"),
+        (vec![LINE, PLATE, &narrow], "film \"small\" has lengths of its own"),
+        (vec![LINE, PLATE, &upper, &between], "receiver \"own\" lies between films"),
+        (vec![LINE, PLATE, &on_film], "receiver \"own\" lies between films or on one"),
+        (vec![LINE, PLATE, &past], "receiver \"own\" asks for the past"),
+        (vec![LINE, PLATE, solid], "solid \"post\" stands in or between films"),
+    ] {
+        let why = said(&parts);
+        assert!(why.contains(words), "{parts:?}: {why}");
+    }
+}
+
+/// What is kept of a table changes no bit, nor does the number of threads.
+#[test]
+fn kept_outcomes_and_threads_change_no_bit() {
+    let design = parsed("specular", &[LINE, PLATE, &prisms("", 0.0)]);
+    let first = seen(&design, 12_800, 7);
+    // The parts are in the memory of the process by now.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let again = pool.install(|| seen(&design, 12_800, 7));
+    assert_eq!(first.far_field, again.far_field);
+    assert_eq!(first.powers, again.powers);
+    // More paths begin with the same outcomes, and fewer are those of before.
+    let more = seen(&design, 25_600, 7);
+    assert_ne!(first.powers, more.powers);
+    assert_eq!(first.powers, seen(&design, 12_800, 7).powers);
+    let ledger = more.ledger();
+    assert!(ledger.surplus().abs() < 1e-9, "{}", ledger.surplus());
+}

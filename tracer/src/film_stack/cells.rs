@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Cells of incidence of a film stack: equal parts of sin² θ times equal parts of the azimuths that
+//! the symmetry of the stack leaves. Equal parts of both hold equal shares of diffuse light.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use glam::DVec3;
+use rand::Rng;
+
+use crate::random;
+
+/// Rotations about z and mirror planes that leave a film stack as it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum StackSymmetry {
+    /// All rotations.
+    Round,
+    /// Two mirror planes at right angles, one of them at this azimuth, radians.
+    Mirrors(f64),
+    /// Half a turn.
+    HalfTurn,
+    /// None.
+    None,
+}
+
+/// Rows of sin² θ, an even number.
+const ROWS: u32 = 32;
+/// Columns of azimuth for a quarter of a turn, an even number.
+const COLUMNS: u32 = 8;
+
+/// The cells of one side of a stack.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cells {
+    symmetry: StackSymmetry,
+    columns: u32,
+}
+
+/// Turns what the table has for a cell to an incident ray.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Turn {
+    cos: f64,
+    sin: f64,
+    flips: [f64; 2],
+}
+
+impl Turn {
+    /// A vector of the table in the frame of the ray.
+    pub fn apply(&self, v: DVec3) -> DVec3 {
+        let [x, y] = [self.flips[0] * v.x, self.flips[1] * v.y];
+        DVec3::new(self.cos * x - self.sin * y, self.sin * x + self.cos * y, v.z)
+    }
+
+    /// True if it mirrors.
+    pub fn mirrors(&self) -> bool {
+        self.flips[0] * self.flips[1] < 0.0
+    }
+}
+
+impl Cells {
+    pub fn new(symmetry: StackSymmetry) -> Self {
+        let quarters = match symmetry {
+            StackSymmetry::Round => return Self { symmetry, columns: 1 },
+            StackSymmetry::Mirrors(_) => 1,
+            StackSymmetry::HalfTurn => 2,
+            StackSymmetry::None => 4,
+        };
+        Self { symmetry, columns: quarters * COLUMNS }
+    }
+
+    /// Number of cells.
+    pub fn count(&self) -> usize {
+        (ROWS * self.columns) as usize
+    }
+
+    /// Azimuths that the columns divide.
+    fn range(&self) -> f64 {
+        match self.symmetry {
+            StackSymmetry::Round => 0.0,
+            StackSymmetry::Mirrors(_) => FRAC_PI_2,
+            StackSymmetry::HalfTurn => PI,
+            StackSymmetry::None => TAU,
+        }
+    }
+
+    /// The cell of a unit vector, and the turn from the table to it.
+    pub fn find(&self, direction: DVec3) -> (u32, Turn) {
+        let DVec3 { x, y, .. } = direction;
+        let sin2 = x * x + y * y;
+        let row = ((sin2 * f64::from(ROWS)) as u32).min(ROWS - 1);
+        let same = Turn { cos: 1.0, sin: 0.0, flips: [1.0; 2] };
+        let (azimuth, turn) = match self.symmetry {
+            StackSymmetry::Round => {
+                let sin = sin2.sqrt();
+                let [cos, sin] = if sin > 0.0 { [x / sin, y / sin] } else { [1.0, 0.0] };
+                return (row, Turn { cos, sin, ..same });
+            }
+            StackSymmetry::Mirrors(axis) => {
+                let (sin, cos) = axis.sin_cos();
+                let [u, v] = [cos * x + sin * y, cos * y - sin * x];
+                let flips = [u, v].map(|part| if part < 0.0 { -1.0 } else { 1.0 });
+                (v.abs().atan2(u.abs()), Turn { cos, sin, flips })
+            }
+            StackSymmetry::HalfTurn => {
+                let flip = if y < 0.0 { -1.0 } else { 1.0 };
+                ((flip * y).atan2(flip * x), Turn { flips: [flip; 2], ..same })
+            }
+            StackSymmetry::None => (y.atan2(x).rem_euclid(TAU), same),
+        };
+        let column = (azimuth / self.range() * f64::from(self.columns)) as u32;
+        (row * self.columns + column.min(self.columns - 1), turn)
+    }
+
+    /// Draws a direction from a cell, rising or falling: evenly, as diffuse light fills it.
+    pub fn draw(&self, cell: u32, rises: bool, rng: &mut impl Rng) -> DVec3 {
+        let (row, column) = (cell / self.columns, cell % self.columns);
+        let sin2 = (f64::from(row) + random::unit(rng)) / f64::from(ROWS);
+        let azimuth = match self.symmetry {
+            StackSymmetry::Round => 0.0,
+            _ => (f64::from(column) + random::unit(rng)) / f64::from(self.columns) * self.range(),
+        };
+        let (sin, cos) = azimuth.sin_cos();
+        let z = (1.0 - sin2).max(f64::EPSILON).sqrt();
+        let across = (1.0 - z * z).sqrt();
+        DVec3::new(across * cos, across * sin, if rises { z } else { -z })
+    }
+
+    /// One of the cells that make one of twice the width with this one.
+    pub fn widened(&self, cell: u32, rng: &mut impl Rng) -> u32 {
+        let (row, column) = (cell / self.columns, cell % self.columns);
+        let mut other = |of: u32| of ^ u32::from(random::unit(rng) < 0.5);
+        let row = other(row);
+        let column = if self.columns > 1 { other(column) } else { column };
+        row * self.columns + column
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Directions fall into the cell that they are drawn from, and the turn brings the table's frame
+    /// to the ray: of any direction, the one drawn from its cell and turned lies near.
+    #[test]
+    fn directions_are_found_in_the_cell_that_draws_them() {
+        let mut rng = random::stream(5, 0);
+        for symmetry in [
+            StackSymmetry::Round,
+            StackSymmetry::Mirrors(0.3),
+            StackSymmetry::HalfTurn,
+            StackSymmetry::None,
+        ] {
+            let cells = Cells::new(symmetry);
+            for _ in 0..4000 {
+                let ray = random::isotropic(&mut rng);
+                let (cell, turn) = cells.find(ray);
+                assert!((cell as usize) < cells.count());
+                let drawn = cells.draw(cell, ray.z > 0.0, &mut rng);
+                assert!((drawn.length() - 1.0).abs() < 1e-12 && drawn.z * ray.z > 0.0);
+                let near = turn.apply(drawn);
+                assert_eq!(cells.find(near).0, cell, "{symmetry:?}");
+                let apart = (near - ray).truncate().length();
+                assert!(apart < 0.27, "{symmetry:?} {ray} {near}");
+                let wide = cells.widened(cell, &mut rng);
+                assert!((wide as usize) < cells.count());
+            }
+        }
+    }
+}

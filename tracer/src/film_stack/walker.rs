@@ -1,0 +1,436 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Paths at a film stack: which rays take an outcome of the table, and where that leads them.
+
+use glam::{DVec2, DVec3};
+
+use super::cells::{Cells, Turn};
+use super::layers::{LayerWalk, Layers};
+use super::part::{Course, Entry, Exit, MOST, Outcome, Part};
+use super::{FilmTable, Passage, StackBorder, TabulatedFilms};
+use crate::error::{Error, check};
+use crate::optics::polarisation::{Light, Polarisation, Stokes, Unpolarised};
+use crate::path::{PathState, Tracer};
+use crate::random::{self, PathStream, Streams};
+use crate::ray::Ray;
+use crate::receiver::{PathHistory, Sense, Tally};
+use crate::scene::{CompiledSurface, Lines, Scene};
+use crate::settings::Settings;
+
+/// Rays by which it is found how far light travels in a stack.
+const PROBES: u64 = 1024;
+/// Share of them that travels farther than is reckoned with.
+const BEYOND: f64 = 1e-3;
+/// Group of the probes, which no group of paths has.
+const PROBING: u64 = u64::MAX;
+/// Added to the seed of a run.
+const SALT: u64 = 0x66_696c_6d73;
+/// Components of a direction that differ by less are equal.
+const SAME: f64 = 1e-9;
+/// Tolerance of heights at which the films of the scene and of the table lie, mm.
+const LEVEL_MM: f64 = 1e-5;
+
+/// The outer faces of the stack in one scene, and where light that meets them takes an outcome.
+pub(crate) struct Faces {
+    /// The instance of the films, if it is of them alone.
+    films: Option<u32>,
+    low: f64,
+    high: f64,
+    /// Half the lengths of the rectangle in which it does, mm.
+    within: [f64; 2],
+}
+
+impl Faces {
+    fn new(scene: &Scene, table: &FilmTable, within: [f64; 2]) -> Result<Self, Error> {
+        let surfaces = scene.array_solids().map_or(&[][..], |body| &body.surfaces);
+        let at = |z: f64, end: fn(&CompiledSurface) -> f64| {
+            let mut ends = surfaces.iter().map(end);
+            ends.find(|end| (end - z).abs() < LEVEL_MM).ok_or(Error::Number {
+                what: "height of a face of tabulated films, mm".to_owned(),
+                expected: "that of a film of the scene",
+                got: z,
+            })
+        };
+        let [low, high] = table.ends_mm();
+        let are_all = surfaces.len() == table.scenes[0].bodies[0].surfaces.len();
+        Ok(Self {
+            films: scene.array_solids_instance().filter(|_| are_all),
+            low: at(low, |one| one.shape.bounds().low.z)?,
+            high: at(high, |one| one.shape.bounds().high.z)?,
+            within,
+        })
+    }
+
+    /// Distance at which a ray of the world that begins below or above the stack meets it where it
+    /// takes an outcome, if nothing stands before it.
+    #[inline]
+    pub fn ahead(&self, ray: &Ray) -> Option<f64> {
+        let (z, dz) = (ray.origin.z, ray.direction.z);
+        let face = if dz > 0.0 && z < self.low {
+            self.low
+        } else if dz < 0.0 && z > self.high {
+            self.high
+        } else {
+            return None;
+        };
+        let distance = (face - z) / dz;
+        let at = ray.at(distance);
+        (at.x.abs() <= self.within[0] && at.y.abs() <= self.within[1]).then_some(distance)
+    }
+
+    /// The instance of the films, which needs no test before that distance.
+    #[inline]
+    pub fn instance(&self) -> Option<u32> {
+        self.films
+    }
+}
+
+/// A table bound to the scenes of a run.
+pub(crate) struct BoundStack<'a> {
+    films: TabulatedFilms<'a>,
+    cells: Cells,
+    /// Through the films alone, at each wavelength.
+    tracers: Vec<Tracer<'a>>,
+    layers: Vec<Layers<'a>>,
+    faces: Vec<Faces>,
+    /// Accounts of the films: powers of their ledger, then passages of the gaps in both ways.
+    accounts: usize,
+    /// The line of a surface of the films in the ledger of the run.
+    lines: Vec<u32>,
+    seed: u64,
+    /// Distance from the outer faces at which light goes on, mm.
+    offset: f64,
+}
+
+/// Powers of a ledger before those of its lines: emission, two ways of escape.
+const ENDS: usize = 3;
+
+impl<'a> BoundStack<'a> {
+    /// `films` for a run through `scenes`, of these wavelengths where it has several.
+    ///
+    /// # Errors
+    /// Films that the scenes do not have.
+    pub fn new(
+        films: TabulatedFilms<'a>,
+        scenes: &[&'a Scene],
+        wavelengths: &'a [f64],
+        settings: &Settings,
+    ) -> Result<Self, Error> {
+        let table = films.table;
+        let count = table.scenes.len();
+        let what = "number of wavelengths of tabulated films";
+        check(what, count as f64, "one for each scene", count == scenes.len())?;
+        let tracers: Vec<Tracer<'_>> = table
+            .scenes
+            .iter()
+            .enumerate()
+            .map(|(number, scene)| Tracer::new(scene, &[], settings).at(wavelengths, number))
+            .collect();
+        let layers: Vec<Layers<'_>> = table.scenes.iter().map(Layers::new).collect();
+        let own = table.scenes[0].lines();
+        let gaps = 2 * layers[0].gaps();
+        let lines = own.surfaces.iter().map(|name| {
+            let of_run = scenes[0].lines().surfaces.iter().position(|known| known == name);
+            of_run.map_or(PathHistory::NO_LINE, |line| line as u32)
+        });
+        let mut bound = Self {
+            films,
+            cells: Cells::new(table.symmetry),
+            tracers,
+            layers,
+            faces: Vec::new(),
+            accounts: ENDS
+                + 3
+                + 3 * own.surfaces.len()
+                + own.media.len()
+                + 3 * own.luminophores.len()
+                + gaps,
+            lines: lines.collect(),
+            seed: settings.seed ^ SALT,
+            offset: scenes[0].offset(),
+        };
+        let reach =
+            if table.borders.contains(&StackBorder::Edge) { bound.reach(settings) } else { 0.0 };
+        let within = [0, 1].map(|axis| match table.borders[axis] {
+            StackBorder::Edge => table.half_mm[axis] - reach,
+            StackBorder::Mirror | StackBorder::Periodic => table.half_mm[axis],
+        });
+        let faces = scenes.iter().map(|scene| Faces::new(scene, table, within));
+        bound.faces = faces.collect::<Result<_, _>>()?;
+        Ok(bound)
+    }
+
+    /// Number of cells of all wavelengths, sides and states of polarisation.
+    fn slots(&self) -> usize {
+        self.tracers.len() * SIDES_AND_STATES * self.cells.count()
+    }
+
+    /// Distance, mm, from where it meets the stack that light hardly ever passes on its way through
+    /// it.
+    fn reach(&self, settings: &Settings) -> f64 {
+        let mut walker = StackWalker::new(self, PROBING);
+        let mut reaches: Vec<f64> = (0..PROBES)
+            .map(|number| {
+                let slot = (number * self.slots() as u64 / PROBES) as usize;
+                match settings.polarisation {
+                    Polarisation::Unpolarised => walker.draw::<Unpolarised>(slot, number).2,
+                    Polarisation::Carried => walker.draw::<Stokes>(slot, number).2,
+                }
+            })
+            .collect();
+        reaches.sort_by(f64::total_cmp);
+        reaches[((1.0 - BEYOND) * PROBES as f64) as usize]
+    }
+}
+
+/// Sides of a stack, times states of polarisation: along s, along p.
+const SIDES_AND_STATES: usize = 4;
+
+/// The stack for one group of paths.
+pub(crate) struct StackWalker<'w, 'a> {
+    stack: &'w BoundStack<'a>,
+    group: u64,
+    part: Part,
+    booked: Vec<Entry>,
+    /// Of the films alone, at each wavelength.
+    tallies: Vec<Tally<'w>>,
+    /// Light that passed each gap upwards and downwards, at each wavelength.
+    passed: Vec<Vec<[f64; 2]>>,
+    streams: Streams,
+}
+
+impl<'w, 'a> StackWalker<'w, 'a> {
+    /// With the outcomes that are kept for this group.
+    pub fn new(stack: &'w BoundStack<'a>, group: u64) -> Self {
+        let slots = stack.slots();
+        let accounts = (stack.accounts * stack.tracers.len()) as u32;
+        let parts = stack.films.parts.filter(|_| group != PROBING);
+        let kept = parts.and_then(|parts| Part::from_bytes(&parts.find(group)?, slots, accounts));
+        Self {
+            stack,
+            group,
+            part: kept.unwrap_or_else(|| Part::new(slots)),
+            booked: Vec::new(),
+            tallies: stack.tracers.iter().map(|tracer| Tally::new(&tracer.receivers)).collect(),
+            passed: vec![vec![[0.0; 2]; stack.layers[0].gaps()]; stack.layers.len()],
+            streams: Streams::new(&mut random::stream(stack.seed, group)),
+        }
+    }
+
+    /// The outer faces in the scene of a wavelength.
+    #[inline]
+    pub fn faces(&self, wavelength: u16) -> &'w Faces {
+        &self.stack.faces[usize::from(wavelength)]
+    }
+
+    /// Takes a path, whose ray begins where it meets the stack, beyond it; false if it ends there.
+    pub fn pass<L: Light>(
+        &mut self,
+        path: &mut PathState,
+        light: &mut L,
+        rng: &mut PathStream,
+    ) -> bool {
+        let stack = self.stack;
+        let ray = path.ray;
+        let (mut cell, turn) = stack.cells.find(ray.direction);
+        if stack.films.widened {
+            cell = stack.cells.widened(cell, rng);
+        }
+        let is_p = L::CARRIED && {
+            let q = light.meet(ray.direction, DVec3::Z);
+            2.0 * random::unit(rng) >= 1.0 + q
+        };
+        let slot = self.slot(path.wavelength, ray.direction.z < 0.0, is_p, cell);
+        let (number, is_new) = self.part.next(slot);
+        if is_new {
+            let (outcome, light, _) = self.draw::<L>(slot, number as u64);
+            self.part.put(slot, outcome, L::CARRIED.then_some(light), &self.booked);
+        }
+        let outcome = self.part.take(slot, number, path.weight);
+        path.weight *= outcome.weight;
+        path.wavelength = outcome.wavelength;
+        path.history.bounces = path.history.bounces.saturating_add(outcome.bounces);
+        path.history.line = stack.lines.get(outcome.line as usize).copied().unwrap_or(outcome.line);
+        if outcome.course == Course::Ended {
+            return false;
+        }
+        let exit = Exit::of(&outcome, &ray, &turn);
+        let of_light = L::CARRIED.then(|| turned(self.part.light(slot, number), &turn));
+        stack.place(path, light, (exit, of_light));
+        true
+    }
+
+    fn slot(&self, wavelength: u16, falls: bool, is_p: bool, cell: u32) -> usize {
+        let kind = 2 * usize::from(falls) + usize::from(is_p);
+        (usize::from(wavelength) * SIDES_AND_STATES + kind) * self.stack.cells.count()
+            + cell as usize
+    }
+
+    /// Draws outcome `number` of a cell; returns its light and how far from its beginning it has been,
+    /// mm, and leaves what is booked in `booked`.
+    fn draw<L: Light>(&mut self, slot: usize, number: u64) -> (Outcome, Stokes, f64) {
+        let Self { stack, tallies, passed, streams, .. } = self;
+        let cells = stack.cells.count();
+        let (kind, cell) = ((slot / cells) % SIDES_AND_STATES, (slot % cells) as u32);
+        let [falls, is_p] = [kind / 2 == 1, kind % 2 == 1];
+        let mut rng = streams.path(slot as u64 * MOST + number);
+        let direction = stack.cells.draw(cell, !falls, &mut rng);
+        let mut light = L::default();
+        if L::CARRIED {
+            light.meet(direction, DVec3::Z);
+            let s = light.stokes().s;
+            light.become_light([if is_p { -1.0 } else { 1.0 }, 0.0, 0.0], s);
+        }
+        let wavelength = (slot / cells / SIDES_AND_STATES) as u16;
+        let mut walk = LayerWalk {
+            layers: &stack.layers,
+            tracers: &stack.tracers,
+            tallies,
+            passed,
+            had: vec![wavelength],
+        };
+        let (outcome, reach) = walk.follow(direction, wavelength, &mut light, &mut rng);
+        let had = walk.had;
+        self.booked.clear();
+        for number in had.into_iter().map(usize::from) {
+            let passed = self.passed[number].iter_mut().flatten();
+            let powers = self.tallies[number].totals.ledger.powers().chain(passed);
+            for (account, power) in powers.enumerate() {
+                if *power != 0.0 {
+                    let number = number * stack.accounts + account;
+                    self.booked.push((number as u32, std::mem::take(power)));
+                }
+            }
+        }
+        (outcome, light.stokes(), reach)
+    }
+
+    /// Books what all outcomes stood for in the tallies of the run, and has new ones kept.
+    pub fn close(self, tallies: &mut [&mut Tally<'_>]) {
+        let Self { stack, group, part, .. } = self;
+        if let Some((parts, bytes)) = stack.films.parts.zip(part.grown_bytes()) {
+            parts.keep(group, &bytes);
+        }
+        let mut sums = vec![vec![0.0; stack.accounts]; tallies.len()];
+        part.book(|(account, power), used| {
+            let account = *account as usize;
+            sums[account / stack.accounts][account % stack.accounts] += used * power;
+        });
+        let table = stack.films.table;
+        let own = table.scenes[0].lines();
+        for (tally, sums) in tallies.iter_mut().zip(sums) {
+            let (ledger, passed) = sums.split_at(stack.accounts - 2 * stack.layers[0].gaps());
+            let totals = &mut tally.totals;
+            totals.ledger.add(own, &ledger[ENDS..]);
+            for Passage { receiver, gap, sense } in &table.passages {
+                let way = usize::from(*sense == Sense::Minus);
+                totals.readings[*receiver][0] += passed[2 * gap + way];
+            }
+        }
+    }
+}
+
+impl Exit {
+    /// Where a ray leaves the stack, from where it met it, in the frame of the run.
+    fn of(outcome: &Outcome, ray: &Ray, turn: &Turn) -> Self {
+        let Self { direction, place, sin } = outcome.exit();
+        match outcome.course {
+            Course::Through | Course::Mirrored => {
+                // Flat faces move light in its plane of incidence, for small angles as the sine.
+                let across = ray.direction.truncate();
+                let ahead = if sin > SAME { across * (place.length() / sin) } else { DVec2::ZERO };
+                let sign = if outcome.course == Course::Through { 1.0 } else { -1.0 };
+                let direction = ray.direction * DVec3::new(1.0, 1.0, sign);
+                Self { direction, place: ahead, sin }
+            }
+            Course::Turned | Course::Ended => Self {
+                direction: turn.apply(direction).normalize(),
+                place: turn.apply(place.extend(0.0)).truncate(),
+                sin,
+            },
+        }
+    }
+}
+
+/// Polarisation of the table in the frame of a ray.
+fn turned(light: Stokes, turn: &Turn) -> Stokes {
+    let sign = if turn.mirrors() { -1.0 } else { 1.0 };
+    Stokes { q: light.q, u: sign * light.u, v: sign * light.v, s: turn.apply(light.s) }
+}
+
+impl BoundStack<'_> {
+    /// Puts a path to where light leaves the stack.
+    fn place<L: Light>(
+        &self,
+        path: &mut PathState,
+        light: &mut L,
+        (exit, of_light): (Exit, Option<Stokes>),
+    ) {
+        let (mut at, mut direction) = (path.ray.origin + exit.place.extend(0.0), exit.direction);
+        let mut mirrors = DVec3::ONE;
+        let table = self.films.table;
+        for axis in 0..2 {
+            let half = table.half_mm[axis];
+            if table.borders[axis] == StackBorder::Periodic {
+                at[axis] = (at[axis] + half).rem_euclid(2.0 * half) - half;
+                continue;
+            }
+            // Over two lengths mirror images repeat.
+            let far = (at[axis] + half).rem_euclid(4.0 * half);
+            at[axis] = if far > 2.0 * half { 3.0 * half - far } else { far - half };
+            if far > 2.0 * half {
+                mirrors[axis] = -1.0;
+            }
+        }
+        direction *= mirrors;
+        let [low, high] = table.ends_mm();
+        at.z = if direction.z > 0.0 { high + self.offset } else { low - self.offset };
+        path.ray = Ray { origin: at, direction };
+        path.left = None;
+        path.history.at = [at.x, at.y];
+        if let Some(Stokes { q, u, v, s }) = of_light {
+            let sign = mirrors.x * mirrors.y;
+            let s = s * mirrors;
+            let across = s - direction * s.dot(direction);
+            let s = across.try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
+            light.become_light([q, sign * u, sign * v], s);
+        }
+    }
+}
+
+impl crate::ledger::Ledger {
+    /// Adds the powers of another one with the lines `own`, in its order and without those before
+    /// the losses; lines have the same names here.
+    fn add(&mut self, own: &Lines, powers: &[f64]) {
+        let mut powers = powers.iter();
+        let mut next = || powers.next().copied().unwrap_or(0.0);
+        self.lost.iter_mut().for_each(|lost| *lost += next());
+        let lines = std::sync::Arc::clone(&self.lines);
+        let at = |all: &[String], name: &String| all.iter().position(|known| known == name);
+        let skins = own.surfaces.iter().zip(&own.skin);
+        for (name, skin) in skins {
+            let mut all = lines.surfaces.iter().zip(&lines.skin);
+            let line = all.position(|(known, is_skin)| known == name && is_skin == skin);
+            let sums = [next(), next(), next()];
+            if let Some(line) = line.map(|line| &mut self.surfaces[line]) {
+                line.absorbed += sums[0];
+                line.outward += sums[1];
+                line.inward += sums[2];
+            }
+        }
+        for name in &own.media {
+            let power = next();
+            if let Some(line) = at(&lines.media, name) {
+                self.media[line] += power;
+            }
+        }
+        for name in &own.luminophores {
+            let sums = [next(), next(), next()];
+            if let Some(line) = at(&lines.luminophores, name) {
+                let line = &mut self.luminophores[line];
+                line.absorbed += sums[0];
+                line.quantum_loss += sums[1];
+                line.stokes_loss += sums[2];
+            }
+        }
+    }
+}
