@@ -9,7 +9,7 @@ use glam::DVec3;
 
 use crate::error::{Error, check, positive};
 use crate::shape::{Extent, Plane, Shape};
-use crate::surface::{Region, Surface, SurfaceModel};
+use crate::surface::{Patch, Region, Surface, SurfaceModel};
 
 /// By how much pieces reach beyond those that end them, as a share of the size of the housing, so
 /// that no seam is open.
@@ -84,7 +84,15 @@ impl Housing {
                 DVec3::new(low[0], low[1], -2.0 * reach),
                 DVec3::new(high[0], high[1], self.height),
             )?;
-            surfaces.push(Surface::new("wall", solid, Region::Opaque, Region::World, &self.walls));
+            // Light comes round at the sides alone.
+            let ends = match self.walls {
+                SurfaceModel::Periodic => SurfaceModel::Absorber,
+                ref walls => walls.clone(),
+            };
+            let patches =
+                [&self.walls, &ends, &ends].map(|optics| Patch::new("wall", optics.clone()));
+            let (inner, outer) = (Region::Opaque, Region::World);
+            surfaces.push(Surface::zoned(solid, inner, outer, patches.to_vec()));
         }
         surfaces.push(Surface::new(
             "floor",

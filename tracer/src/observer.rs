@@ -63,6 +63,11 @@ pub trait Observer {
     #[inline]
     fn scatters(&mut self, _ray: &Ray, _line: usize) {}
 
+    /// It has met a periodic face and goes on from the opposite one; both points are in the frame of
+    /// the world.
+    #[inline]
+    fn goes_round(&mut self, _from: DVec3, _to: DVec3) {}
+
     /// It ends, with what was left of its weight before; the ray is its last flight, in the frame
     /// of the world.
     #[inline]

@@ -20,7 +20,7 @@ use crate::receiver::{PathHistory, Receiver, Receivers, Tally};
 use crate::scatter::{ScatterEvent, scatter};
 use crate::scene::{Candidates, CompiledMedium, CompiledPatch, Hit, Location, PlacedSource, Scene};
 use crate::settings::{Sampling, Settings};
-use crate::surface::Region;
+use crate::surface::{Region, SurfaceModel};
 
 /// Times that media may scatter a path for each surface that it may meet.
 const SCATTERINGS_PER_BOUNCE: u32 = 100;
@@ -393,6 +393,9 @@ impl<'a, 't, L: Light, R: Rng, O: Observer> Walk<'_, 'a, 't, L, R, O> {
         self.transmit(medium, length)?;
         self.show(length);
         let impact = self.arrive(hit)?;
+        if matches!(impact.patch.optics, SurfaceModel::Periodic) {
+            return self.go_round(&impact);
+        }
         let event = self.scatter(&impact);
         self.settle(&impact, &event)?;
         self.go_on(&impact, &event)
@@ -550,6 +553,28 @@ impl<'a, 't, L: Light, R: Rng, O: Observer> Walk<'_, 'a, 't, L, R, O> {
             }
         };
         path.ray.direction = event.direction;
+        Some(())
+    }
+
+    /// Goes on from the opposite face of a cell that repeats, just inside of it.
+    #[cold]
+    fn go_round(&mut self, impact: &Impact<'_>) -> Option<()> {
+        let Impact { hit, point, normal, .. } = *impact;
+        // Level light goes round for ever.
+        if self.path.scatterings >= self.tracer.max_scatterings {
+            self.give_up();
+            return None;
+        }
+        self.path.scatterings += 1;
+        let scene = self.tracer.scene;
+        let axis = if normal.x.abs() > normal.y.abs() { 0 } else { 1 };
+        let mut opposite = point;
+        opposite[axis] = -point[axis];
+        let inwards = -normal * hit.side.sign();
+        self.path.ray.origin = opposite + inwards * scene.offset_from(hit.surface, point);
+        self.path.left = None;
+        let position = scene.position(hit.instance);
+        self.observer.goes_round(point + position, self.path.ray.origin + position);
         Some(())
     }
 

@@ -94,7 +94,7 @@ fn trace_groups(
         tracer.receivers.leave_out(films.table.unreached());
     }
     let many = match settings.polarisation {
-        Polarisation::Unpolarised if control.films.is_none() => {
+        Polarisation::Unpolarised if control.films.is_none() && !scene.is_periodic() => {
             Strategy::new(scene, settings.max_bounces)
         }
         Polarisation::Unpolarised | Polarisation::Carried => Strategy::PathByPath,

@@ -65,6 +65,10 @@ pub enum SurfaceModel {
     LayeredMirror(Arc<LayeredMirror>),
     /// Absorbs everything.
     Absorber,
+    /// An upright face, at right angles to x or y, of a cell about the axis of z that repeats without
+    /// end: light that meets it goes on from the opposite face, in its direction and its medium. It is
+    /// no surface in any count.
+    Periodic,
     /// Scatters in the local frame x = t, y = b, z = n at the point of impact; inner is the side of
     /// -n.
     Scatter(Arc<dyn Bsdf>),
@@ -121,6 +125,7 @@ impl SurfaceModel {
             Self::Lambertian { .. } => "Lambertian reflector",
             Self::Mixed(_) => "mixed reflector",
             Self::Absorber => "absorber",
+            Self::Periodic => "periodic face",
             Self::Scatter(_) => "scatter",
             Self::Coating(_) => "coating",
         }
@@ -216,7 +221,7 @@ impl Surface {
                     fraction(&format!("reflectance of '{name}'"), mirror.factor)?;
                     check_index(&format!("refractive index under '{name}'"), mirror.substrate)?;
                 }
-                SurfaceModel::Absorber | SurfaceModel::Coating(_) => {}
+                SurfaceModel::Absorber | SurfaceModel::Periodic | SurfaceModel::Coating(_) => {}
                 SurfaceModel::Interface | SurfaceModel::Layered(_) | SurfaceModel::Scatter(_) => {
                     let (Some(inner), Some(outer)) = (inner, outer) else {
                         return Err(Error::OpaqueSide {

@@ -220,6 +220,12 @@ fn housing(design: &Design) -> Option<String> {
         let body = if bodies[0] == bodies[1] { bodies[0] } else { "the outermost bodies" };
         format!(", {} mm from {body} of the outermost packages", shortest(mm))
     });
+    if housing.reflector == Reflector::Periodic {
+        let height = shortest(housing.height_mm);
+        return Some(format!(
+            "no walls: a cell of {x} x {y} mm{from} that repeats without end, up to {height} mm"
+        ));
+    }
     Some(format!(
         "{x} x {y} mm between the walls{from}; {} mm high, {} mm thick, reflectance {}",
         shortest(housing.height_mm),
@@ -448,6 +454,7 @@ fn reflects(reflector: Reflector) -> String {
         Reflector::Specular { reflectance } => format!("{reflectance}, specular"),
         Reflector::Lambertian { reflectance } => format!("{reflectance}, Lambertian"),
         Reflector::Absorbing => "0, absorbing".to_owned(),
+        Reflector::Periodic => "none, light goes round".to_owned(),
         Reflector::Mixed { reflectance, specular_fraction } => format!(
             "{reflectance}, of which {} % specular, the rest Lambertian",
             100.0 * specular_fraction

@@ -17,6 +17,7 @@ use design::resolved::reflector::Reflector;
 use design::resolved::solids::{CheckedSolid, Orientation};
 use design::schema::FilmTracing;
 use design::schema::solids::Per;
+use metrics::kinds::Carrying;
 
 /// Half the lengths of films without ends, mm.
 const ENDLESS_MM: f64 = 1e4;
@@ -151,18 +152,27 @@ fn borders(
     high_mm: f64,
     symmetry: StackSymmetry,
 ) -> [StackBorder; 2] {
+    let housing = design.housing.as_ref();
+    if housing.is_some_and(|housing| housing.reflector == Reflector::Periodic) {
+        return [StackBorder::Periodic; 2];
+    }
+    // Edges of plates at mirrors reflect totally and change the polarisation.
+    let keeps_light = design.polarization == Carrying::Unpolarised
+        || design.solids.iter().filter(|solid| solid.is_film()).all(|film| {
+            film.medium.as_ref().is_none_or(|medium| (medium.index - 1.0).abs() < SAME_MM)
+        });
     let is_own_image = match symmetry {
         StackSymmetry::Round => true,
         StackSymmetry::Mirrors(axis) => axis == 0.0,
         StackSymmetry::HalfTurn | StackSymmetry::None => false,
     };
-    let mirrors = design.housing.as_ref().is_some_and(|housing| {
+    let mirrors = housing.is_some_and(|housing| {
         let whole = Reflector::Specular { reflectance: 1.0 };
         housing.reflector == whole && housing.height_mm >= high_mm
     });
     [0, 1].map(|axis| {
         let wall = design.housing_half_mm().map_or(f64::INFINITY, |half| 2.0 * half[axis]);
-        if is_own_image && mirrors && (wall - size_mm[axis]).abs() < SAME_MM {
+        if is_own_image && keeps_light && mirrors && (wall - size_mm[axis]).abs() < SAME_MM {
             StackBorder::Mirror
         } else {
             StackBorder::Edge

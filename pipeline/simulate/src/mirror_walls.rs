@@ -40,7 +40,7 @@ pub(super) fn warning(design: &Design) -> Option<String> {
         Reflector::Mixed { reflectance, specular_fraction } => {
             ("mixed", reflectance * specular_fraction)
         }
-        Reflector::Lambertian { .. } | Reflector::Absorbing => return None,
+        Reflector::Lambertian { .. } | Reflector::Absorbing | Reflector::Periodic => return None,
     };
     let parts = if reflectance >= MIRRORS { changed(design) } else { Vec::new() };
     if parts.is_empty() {
@@ -53,7 +53,7 @@ pub(super) fn warning(design: &Design) -> Option<String> {
     Some(format!(
         "{}: housing.kind = \"{kind}\": walls that mirror stand for an endless array only where \
          everything is its own mirror image in x = 0 and in y = 0; here they turn into something \
-         else: {}{more}. Right for a housing of such walls; an endless array takes many packages",
+         else: {}{more}. Right for a housing of such walls; kind = \"periodic\" is an endless array of any cell",
         design.provenance.file,
         parts[..parts.len().min(MOST)].join("; ")
     ))

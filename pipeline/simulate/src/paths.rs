@@ -19,12 +19,17 @@ use results::ray_paths::{PathEnd, TracedPath, Vertex};
 
 use super::scene::{self, DomeSurface};
 
+/// Name of a face of a cell that repeats.
+const WALL: &str = "wall";
+
 /// Records the paths of a trace.
 struct PathRecorder<'a> {
     lines: &'a Lines,
     axis: DVec3,
     power_w: f64,
     vertices: Vec<Vertex>,
+    /// Parts of the path before it went round in a cell that repeats.
+    before: Vec<Vec<Vertex>>,
     paths: Vec<TracedPath>,
 }
 
@@ -50,9 +55,24 @@ impl Observer for PathRecorder<'_> {
         self.add(ray.origin, &lines.media[line]);
     }
 
+    fn goes_round(&mut self, from: DVec3, to: DVec3) {
+        self.add(from, WALL);
+        self.before.push(std::mem::take(&mut self.vertices));
+        self.add(to, WALL);
+    }
+
     fn ends(&mut self, ray: &Ray, fate: Fate, _weight: f64) {
         let lines = self.lines;
         let end = path_end(fate, lines);
+        for vertices in std::mem::take(&mut self.before) {
+            self.paths.push(TracedPath {
+                power_w: self.power_w,
+                wavelength_nm: None,
+                fate: end,
+                vertices,
+                leaves_along: None,
+            });
+        }
         if let Fate::Medium(line, length) = fate {
             // The middle of the flight stands for the place of absorption.
             self.add(ray.at(0.5 * length.min(1e3)), &lines.media[line]);
@@ -115,6 +135,7 @@ pub fn paths(
         axis,
         power_w: scene.power() / count as f64,
         vertices: Vec::new(),
+        before: Vec::new(),
         paths: Vec::new(),
     };
     let aim: fn(Ray) -> Ray = if design.sources.is_empty() && design.led.is_centred() {

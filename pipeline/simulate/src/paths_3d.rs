@@ -201,6 +201,12 @@ impl Observer for Recorder<'_> {
         self.bend(ray.origin);
     }
 
+    fn goes_round(&mut self, from: DVec3, _to: DVec3) {
+        self.bend(from);
+        // In the next cell it is at another package.
+        self.path.is_elsewhere = true;
+    }
+
     fn ends(&mut self, ray: &Ray, fate: Fate, _weight: f64) {
         let end = path_end(fate, self.lines);
         let whole = self.path.points.len() < MAX_BENDS && !self.path.is_elsewhere;

@@ -35,6 +35,7 @@ use tracer::{
 
 use design::resolved::dome::Dome;
 use design::resolved::footprint::Footprint;
+use design::resolved::reflector::Reflector;
 use design::resolved::solids::{self, CheckedSolid};
 use design::schema::solids::Per;
 use design::{ConfigError, Design};
@@ -518,6 +519,20 @@ fn nested(
     Ok((objects, nest))
 }
 
+/// Patch of the upright faces of a box.
+const SIDES: usize = 0;
+
+/// True of a film that goes on in the next cell, where cells repeat.
+fn fills_cell(design: &Design, solid: &CheckedSolid) -> bool {
+    let housing = design.housing.as_ref();
+    let is_periodic = housing.is_some_and(|housing| housing.reflector == Reflector::Periodic);
+    let sizes = solid.film_mm().zip(design.housing_half_mm());
+    is_periodic
+        && sizes.is_some_and(|((_, size), half)| {
+            (0..2).all(|axis| (size[axis] - 2.0 * half[axis]).abs() < 1e-6)
+        })
+}
+
 /// Patches of a solid between media of these indices.
 fn optics(
     design: &Design,
@@ -526,6 +541,12 @@ fn optics(
     indices: [f64; 2],
 ) -> Result<Vec<SurfaceModel>> {
     let optics = solid.patches(shape, design.wavelength_nm, indices);
+    let optics = optics.map(|mut patches| {
+        if fills_cell(design, solid) {
+            patches[SIDES] = SurfaceModel::Periodic;
+        }
+        patches
+    });
     optics.map_err(|error| {
         ConfigError::Files {
             file: design.provenance.file.clone(),

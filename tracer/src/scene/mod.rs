@@ -36,6 +36,7 @@ use crate::optics::luminescence::{Collisions, Luminophore};
 use crate::ray::Ray;
 use crate::shape::{Bounds, PacketTraversal, RELATIVE_PAD, Reach};
 use crate::source::Source;
+use crate::surface::SurfaceModel;
 pub(crate) use compiled::Body;
 use compiled::BodyHit;
 pub(crate) use compiled::{CompiledMedium, CompiledPatch, CompiledSurface};
@@ -174,6 +175,12 @@ impl Scene {
         let media = self.bodies.iter().flat_map(|body| &body.media);
         let all = media.filter_map(|medium| medium.collisions.as_ref());
         all.flat_map(Collisions::luminophores).map(|(luminophore, _)| luminophore)
+    }
+
+    /// True if light goes round in a cell that repeats.
+    pub(crate) fn is_periodic(&self) -> bool {
+        let mut patches = self.ground.surfaces.iter().flat_map(|surface| &surface.patches);
+        patches.any(|patch| matches!(patch.optics, SurfaceModel::Periodic))
     }
 
     /// Number of sources of all instances and of the world.

@@ -153,7 +153,10 @@ pub(crate) fn housing(raw: &schema::Housing, at: &Context) -> Result<Housing, Co
         thickness_mm: within("housing.thickness_mm", keys.thickness_mm)?,
         distance_mm: distance_mm.transpose()?,
         inner_size_mm: keys.inner_size_mm.map(|size| size.0),
-        reflector: reflector("housing", &raw.kind, at)?,
+        reflector: match raw.kind.law() {
+            Some(law) => reflector("housing", &law, at)?,
+            None => Reflector::Periodic,
+        },
         floor: floor.transpose()?,
     })
 }

@@ -20,6 +20,8 @@ pub enum Reflector {
     },
     /// Not at all.
     Absorbing,
+    /// Of walls: light goes on from the opposite one.
+    Periodic,
     /// Partly as a mirror, partly by the cosine law.
     Mixed {
         /// Reflectance of both parts together.
@@ -36,6 +38,7 @@ impl Reflector {
             Self::Specular { reflectance } => SurfaceModel::Mirror { reflectance },
             Self::Lambertian { reflectance } => SurfaceModel::Lambertian { reflectance },
             Self::Absorbing => SurfaceModel::Absorber,
+            Self::Periodic => SurfaceModel::Periodic,
             Self::Mixed { reflectance, specular_fraction } => {
                 SurfaceModel::Mixed(Mixed { reflectance, specular: specular_fraction })
             }
@@ -48,7 +51,7 @@ impl Reflector {
             Self::Specular { reflectance }
             | Self::Lambertian { reflectance }
             | Self::Mixed { reflectance, .. } => reflectance,
-            Self::Absorbing => 0.0,
+            Self::Absorbing | Self::Periodic => 0.0,
         }
     }
 }

@@ -104,7 +104,7 @@ pub(super) fn tagged_tables() -> [TaggedTable; 15] {
         TaggedTable::new::<MirrorKeys, Law<Metal>>(&["mirror"]),
         TaggedTable::new::<LedKeys, LedLaw>(&["led"]),
         TaggedTable::new::<NoKeys, Law<Reflectance>>(&["housing", "floor"]),
-        TaggedTable::new::<HousingKeys, Law<Reflectance>>(&["housing"]),
+        TaggedTable::new::<HousingKeys, Walls>(&["housing"]),
         TaggedTable::new::<SpectrumKeys, SpectrumForm>(&["light", "spectrum"]),
         TaggedTable::new::<SpectrumKeys, SpectrumForm>(&["sources", "spectrum"]),
         TaggedTable::new::<SourceKeys, SourceForm>(&["sources"]),

@@ -154,7 +154,41 @@ impl Kinds for LedLaw {
 }
 
 /// `[housing]`: upright walls around the array, open at the top.
-pub type Housing = Tagged<HousingKeys, Law<Reflectance>>;
+pub type Housing = Tagged<HousingKeys, Walls>;
+
+/// What walls do.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Walls {
+    /// As mirrors.
+    Specular(Reflectance),
+    /// By the cosine law.
+    Lambertian(Reflectance),
+    /// Nothing is reflected.
+    Absorbing(Absorbing),
+    /// Partly as a mirror, partly by the cosine law.
+    Mixed(SpecularAndDiffuse),
+    /// No walls: light that leaves the cell on one side enters it on the other, as in an endless array
+    /// of such cells.
+    Periodic(NoKeys),
+}
+
+impl Kinds for Walls {
+    const TAG: &'static str = "kind";
+}
+
+impl Walls {
+    /// The law of reflection; `None` where there are no walls.
+    pub fn law(&self) -> Option<Law<Reflectance>> {
+        Some(match self.clone() {
+            Self::Specular(keys) => Law::Specular(keys),
+            Self::Lambertian(keys) => Law::Lambertian(keys),
+            Self::Absorbing(keys) => Law::Absorbing(keys),
+            Self::Mixed(keys) => Law::Mixed(keys),
+            Self::Periodic(_) => return None,
+        })
+    }
+}
 
 /// Keys of walls of any law.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Cells that repeat by translation: any cell stands for an endless array of it.
+
+use std::path::Path;
+
+use design::Design;
+use design::schema::FilmTracing;
+use metrics::Estimate;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
+use simulate::dome_surface::dome_surface;
+use simulate::model::Model;
+use simulate::trace::observe;
+
+/// Reflective polariser and panel at 45 degrees over plate and board; crossed prisms at 10 and 100
+/// degrees; a clear plate that absorbs, in carried light.
+const POLARISERS: &str = include_str!("../../../tests/findings/cell-polariser-45.toml");
+const PRISMS: &str = include_str!("../../../tests/findings/cell-prisms-10.toml");
+const PLATE: &str = include_str!("../../../tests/findings/cell-plate-carried.toml");
+
+/// One LED on a board, open above, in a cell of 5 by 4 mm.
+const CELL: &str = r#"
+name = "cell"
+mirror = { kind = "lambertian", reflectance = 0.9, extent = "array" }
+led = { size_mm = [0.5, 0.4], height_mm = 0.15, reflection = "lambertian", reflectance = 0.8 }
+array = { columns = 1, rows = 1, pitch_mm = [5.0, 4.0] }
+housing = { kind = "periodic", height_mm = 6.0, inner_size_mm = [5.0, 4.0] }
+receiver = { plane_height_mm = 5.9, bin_mm = 0.5 }
+light = { wavelength_nm = 550.0 }
+
+[[films]]
+name = "plate"
+z_mm = 3.0
+thickness_mm = 1.0
+medium = { index = 1.49, absorption_per_mm = 0.05 }
+top = { kind = "prisms", direction_deg = 20.0 }
+"#;
+
+fn parsed(text: &str) -> Design {
+    design::parse("own.toml", text, Path::new("")).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Figures of this key, by the table of the films and film by film.
+fn both(text: &str, paths: u64, key: &str) -> [Estimate; 2] {
+    let design = parsed(text);
+    let mut traced = design.clone();
+    traced.trace.films = FilmTracing::Traced;
+    [design, traced].map(|design| {
+        let interrupt = Interrupt::default();
+        let surface = dome_surface(&design, Model::Geometric, None).expect("no dome");
+        let context = RunContext::quiet(&interrupt, 5);
+        let seen = observe(&design, &surface, paths, "", context).expect("a trace");
+        let figures = seen.estimates(&design, |known| known == key);
+        let found = figures.iter().find(|figure| figure.key == key);
+        found.unwrap_or_else(|| panic!("no {key}")).entry.estimate()
+    })
+}
+
+fn agrees(what: &str, found: Estimate, right: Estimate) {
+    let error = found.standard_error.hypot(right.standard_error);
+    let off = (found.value - right.value) / error;
+    assert!(off.abs() < 4.5, "{what}: {found:?}, right {right:?}: {off:.1} errors");
+}
+
+/// Values of cells of 500 mm, where edges hardly count (up 0.0597 and 0.6495), and the closed form of
+/// the absorbing plate: 0.50357.
+#[test]
+fn cells_without_mirror_symmetry_are_those_of_wide_ones() {
+    for (name, text, right) in [
+        ("polarisers", POLARISERS, Estimate::new(0.059_635, 0.000_16)),
+        ("prisms", PRISMS, Estimate::new(0.649_65, 0.000_7)),
+        ("plate", PLATE, Estimate::new(0.503_57, 0.0)),
+    ] {
+        for (how, up) in ["table", "traced"].iter().zip(both(text, 100_000, "escaped_up")) {
+            agrees(&format!("{name}, {how}"), up, right);
+        }
+    }
+}
+
+/// Where the LED stands in its cell changes nothing, nor how many packages a cell holds.
+#[test]
+fn a_cell_is_the_same_wherever_it_is_cut() {
+    let up = |text: &str| both(text, 200_000, "escaped_up");
+    let base = up(CELL);
+    let moved = CELL.replace("height_mm = 0.15,", "height_mm = 0.15, offset_mm = [1.9, -1.2],");
+    let wide = CELL
+        .replace("columns = 1, rows = 1", "columns = 2, rows = 3")
+        .replace("inner_size_mm = [5.0, 4.0]", "inner_size_mm = [10.0, 12.0]");
+    for (what, text) in [("moved", moved), ("of six", wide)] {
+        for (found, right) in up(&text).into_iter().zip(base) {
+            agrees(what, found, right);
+        }
+    }
+    agrees("table", base[0], base[1]);
+}
+
+/// A board that mirrors all light and nothing above: all of it goes up, however it goes round.
+#[test]
+fn light_is_neither_lost_nor_made_where_it_goes_round() {
+    let text = CELL.split("[[films]]").next().expect("a head");
+    let white = text
+        .replace("reflectance = 0.9", "reflectance = 1.0")
+        .replace("reflectance = 0.8", "reflectance = 1.0");
+    for up in both(&white, 20_000, "escaped_up") {
+        assert!((up.value - 1.0).abs() < 1e-9, "{up:?}");
+    }
+}
