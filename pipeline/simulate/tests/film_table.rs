@@ -196,7 +196,6 @@ fn tables_of_stacks_see_what_is_traced_film_by_film() {
                 wrong.push(format!("{key}: {a} by table, {b} film by film, {off:.1} errors"));
             }
         }
-        println!("{name}: {compared} figures and accounts");
         assert!(compared > 12, "{name}: {compared}");
         assert!(wrong.is_empty(), "{name}:\n{}", wrong.join("\n"));
     }

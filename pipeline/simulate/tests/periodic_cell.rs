@@ -62,13 +62,14 @@ fn agrees(what: &str, found: Estimate, right: Estimate) {
     assert!(off.abs() < 4.5, "{what}: {found:?}, right {right:?}: {off:.1} errors");
 }
 
-/// Values of cells of 500 mm, where edges hardly count (up 0.0597 and 0.6495), and the closed form of
-/// the absorbing plate: 0.50357.
+/// Values of films whose axes walls do not turn, at 0 and 90 degrees between mirrors and over 9 by 9
+/// packages (a turn of all films over board and plate that scatter changes nothing), and the closed
+/// form of the absorbing plate.
 #[test]
 fn cells_without_mirror_symmetry_are_those_of_wide_ones() {
     for (name, text, right) in [
-        ("polarisers", POLARISERS, Estimate::new(0.059_635, 0.000_16)),
-        ("prisms", PRISMS, Estimate::new(0.649_65, 0.000_7)),
+        ("polarisers", POLARISERS, Estimate::new(0.059_21, 0.000_1)),
+        ("prisms", PRISMS, Estimate::new(0.643, 0.000_7)),
         ("plate", PLATE, Estimate::new(0.503_57, 0.0)),
     ] {
         for (how, up) in ["table", "traced"].iter().zip(both(text, 100_000, "escaped_up")) {

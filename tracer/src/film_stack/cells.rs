@@ -4,7 +4,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use glam::DVec3;
+use glam::{DMat2, DVec2, DVec3};
 use rand::Rng;
 
 use crate::random;
@@ -34,24 +34,20 @@ pub(super) struct Cells {
     columns: u32,
 }
 
-/// Turns what the table has for a cell to an incident ray.
+/// Turns what the table has for a cell to an incident ray: a rotation or a mirror that leaves the stack
+/// as it is.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Turn {
-    cos: f64,
-    sin: f64,
-    flips: [f64; 2],
-}
+pub(super) struct Turn(DMat2);
 
 impl Turn {
     /// A vector of the table in the frame of the ray.
     pub fn apply(&self, v: DVec3) -> DVec3 {
-        let [x, y] = [self.flips[0] * v.x, self.flips[1] * v.y];
-        DVec3::new(self.cos * x - self.sin * y, self.sin * x + self.cos * y, v.z)
+        (self.0 * v.truncate()).extend(v.z)
     }
 
     /// True if it mirrors.
     pub fn mirrors(&self) -> bool {
-        self.flips[0] * self.flips[1] < 0.0
+        self.0.determinant() < 0.0
     }
 }
 
@@ -86,24 +82,25 @@ impl Cells {
         let DVec3 { x, y, .. } = direction;
         let sin2 = x * x + y * y;
         let row = ((sin2 * f64::from(ROWS)) as u32).min(ROWS - 1);
-        let same = Turn { cos: 1.0, sin: 0.0, flips: [1.0; 2] };
+        let across = direction.truncate();
         let (azimuth, turn) = match self.symmetry {
             StackSymmetry::Round => {
-                let sin = sin2.sqrt();
-                let [cos, sin] = if sin > 0.0 { [x / sin, y / sin] } else { [1.0, 0.0] };
-                return (row, Turn { cos, sin, ..same });
+                let along = across.try_normalize().unwrap_or(DVec2::X);
+                return (row, Turn(DMat2::from_cols(along, along.perp())));
             }
             StackSymmetry::Mirrors(axis) => {
-                let (sin, cos) = axis.sin_cos();
-                let [u, v] = [cos * x + sin * y, cos * y - sin * x];
-                let flips = [u, v].map(|part| if part < 0.0 { -1.0 } else { 1.0 });
-                (v.abs().atan2(u.abs()), Turn { cos, sin, flips })
+                let frame = DMat2::from_angle(axis);
+                let seen = frame.transpose() * across;
+                let signs = DVec2::select(seen.cmplt(DVec2::ZERO), DVec2::NEG_ONE, DVec2::ONE);
+                let (u, v) = (seen * signs).into();
+                (v.atan2(u), Turn(frame * DMat2::from_diagonal(signs) * frame.transpose()))
             }
             StackSymmetry::HalfTurn => {
-                let flip = if y < 0.0 { -1.0 } else { 1.0 };
-                ((flip * y).atan2(flip * x), Turn { flips: [flip; 2], ..same })
+                let sign = if y < 0.0 { -1.0 } else { 1.0 };
+                let (u, v) = (across * sign).into();
+                (v.atan2(u), Turn(DMat2::from_diagonal(DVec2::splat(sign))))
             }
-            StackSymmetry::None => (y.atan2(x).rem_euclid(TAU), same),
+            StackSymmetry::None => (y.atan2(x).rem_euclid(TAU), Turn(DMat2::IDENTITY)),
         };
         let column = (azimuth / self.range() * f64::from(self.columns)) as u32;
         (row * self.columns + column.min(self.columns - 1), turn)
@@ -117,7 +114,8 @@ impl Cells {
             StackSymmetry::Round => 0.0,
             _ => (f64::from(column) + random::unit(rng)) / f64::from(self.columns) * self.range(),
         };
-        let (sin, cos) = azimuth.sin_cos();
+        let first = if let StackSymmetry::Mirrors(axis) = self.symmetry { axis } else { 0.0 };
+        let (sin, cos) = (first + azimuth).sin_cos();
         let z = (1.0 - sin2).max(f64::EPSILON).sqrt();
         let across = (1.0 - z * z).sqrt();
         DVec3::new(across * cos, across * sin, if rises { z } else { -z })
@@ -155,6 +153,10 @@ mod tests {
                 assert!((cell as usize) < cells.count());
                 let drawn = cells.draw(cell, ray.z > 0.0, &mut rng);
                 assert!((drawn.length() - 1.0).abs() < 1e-12 && drawn.z * ray.z > 0.0);
+                // The table holds directions as they are.
+                let (own, identity) = cells.find(drawn);
+                assert_eq!(own, cell, "{symmetry:?}");
+                assert!((identity.apply(drawn) - drawn).length() < 1e-12);
                 let near = turn.apply(drawn);
                 assert_eq!(cells.find(near).0, cell, "{symmetry:?}");
                 let apart = (near - ray).truncate().length();

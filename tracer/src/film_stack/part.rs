@@ -318,11 +318,10 @@ mod tests {
             part.put(usize::from(k % 3), outcome, Some(light), &[(3, real), (9, 0.25)]);
         }
         let bytes = part.grown_bytes().expect("new ones");
-        let read = Part::from_bytes(&bytes, 5, 10).expect("as written");
+        let mut read = Part::from_bytes(&bytes, 5, 10).expect("as written");
         assert!(read.grown_bytes().is_none());
-        for (a, b) in part.cells.iter().zip(&read.cells) {
-            assert_eq!(format!("{a:?}"), format!("{b:?}"));
-        }
+        read.has_grown = true;
+        assert_eq!(read.grown_bytes().expect("all of it"), bytes);
         assert!(Part::from_bytes(&bytes, 2, 10).is_none());
         assert!(Part::from_bytes(&bytes, 5, 9).is_none());
         assert!(Part::from_bytes(&bytes[..bytes.len() - 1], 5, 10).is_none());

@@ -95,7 +95,7 @@ pub(super) fn tagged_tables() -> [TaggedTable; 15] {
     use dome::{DomeKeys, ShapeKeys};
     use light::SpectrumKeys;
     use receivers::{ReceiverForm, ReceiverKeys};
-    use reflectors::{HousingKeys, Law, LedKeys, LedLaw, Metal, MirrorKeys, Reflectance};
+    use reflectors::{HousingKeys, Law, LedKeys, LedLaw, Metal, MirrorKeys, Reflectance, Walls};
     use solids::{ScatterLaw, SolidForm, SolidKeys, SurfaceLaw};
     use sources::{SourceForm, SourceKeys};
     [
