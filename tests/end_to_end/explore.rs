@@ -307,9 +307,9 @@ fn memory_mb(process: u32) -> f64 {
 }
 
 #[test]
-#[ignore = "1000 changes: about a minute"]
+#[ignore = "nightly: 1000 changes: about a minute"]
 #[cfg(target_os = "linux")]
-fn a_thousand_changes_leave_the_memory_as_it_was() {
+fn nightly_a_thousand_changes_leave_the_memory_as_it_was() {
     let live = Live::start(&own());
     let _page = live.look();
     live.last_frame();

@@ -165,8 +165,8 @@ fn every_route_reads_the_same_figures_from_few_paths() {
 }
 
 #[test]
-#[ignore = "slow: 13 traces of a million paths (60 s)"]
-fn every_route_reads_the_same_figures_from_many_paths() {
+#[ignore = "nightly: 13 traces of a million paths (60 s)"]
+fn nightly_every_route_reads_the_same_figures_from_many_paths() {
     routes_agree("1000000");
 }
 

@@ -88,8 +88,8 @@ fn stated(cell: &str) -> (f64, f64) {
 }
 
 #[test]
-#[ignore = "slow: ten designs by two million paths, two behind films by fewer (100 s)"]
-fn pages_state_what_their_designs_have() {
+#[ignore = "nightly: ten designs by two million paths, two behind films by fewer (100 s)"]
+fn nightly_pages_state_what_their_designs_have() {
     let gallery = Path::new(env!("CARGO_MANIFEST_DIR")).join("../data/gallery");
     let folder = tempdir().expect("a folder");
     for (page, column, design, rows) in COLUMNS {

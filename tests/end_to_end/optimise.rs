@@ -192,8 +192,8 @@ fn a_search_that_gains_nothing_says_so() {
 /// `results.json` within two standard errors in 19 of 20 searches, though the search picked its luckiest
 /// candidate.
 #[test]
-#[ignore = "slow: 20 searches (40 s)"]
-fn reported_figures_agree_with_independent_runs() {
+#[ignore = "nightly: 20 searches (40 s)"]
+fn nightly_reported_figures_agree_with_independent_runs() {
     let folder = folder();
     let at = folder.path();
     let number = |value: &Value| value.as_f64().expect("a number");

@@ -198,8 +198,8 @@ fn reflectance_at_grazing_incidence_is_that_of_direct_solves() {
 }
 
 #[test]
-#[ignore = "slow: 15 s"]
-fn interpolated_shares_are_those_of_direct_solves() {
+#[ignore = "nightly: 15 s"]
+fn nightly_interpolated_shares_are_those_of_direct_solves() {
     let (interface, resolution, table) = table();
     for (side, count) in [(Side::Inner, 40), (Side::Outer, 20)] {
         let mut rng = tracer::random::stream(2, side.index() as u64);

@@ -43,8 +43,8 @@ fn departure(found: &Efficiencies, exact: impl Fn(Side, i32) -> f64) -> f64 {
 }
 
 #[test]
-#[ignore = "slow: two rings (25 s)"]
-fn estimates_bound_the_departure_from_boundary_integrals() {
+#[ignore = "nightly: two rings (25 s)"]
+fn nightly_estimates_bound_the_departure_from_boundary_integrals() {
     for (place, (file, band)) in RINGS.into_iter().step_by(2).enumerate() {
         let (number, interface) = ring(file, band).expect("a ring");
         let (top, bottom) = (interface.n_top.re, interface.n_bottom.re);

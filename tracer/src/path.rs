@@ -8,7 +8,6 @@ use bsdf::Side;
 use glam::DVec3;
 use rand::Rng;
 
-use crate::film_stack::Faces;
 use crate::ledger::{Booking, Loss};
 use crate::observer::{Fate, Interaction, Observer};
 use crate::optics::luminescence::{Collision, Collisions, Luminophore};
@@ -18,7 +17,9 @@ use crate::random;
 use crate::ray::Ray;
 use crate::receiver::{PathHistory, Receiver, Receivers, Tally};
 use crate::scatter::{ScatterEvent, scatter};
-use crate::scene::{Candidates, CompiledMedium, CompiledPatch, Hit, Location, PlacedSource, Scene};
+use crate::scene::{
+    Candidates, CompiledMedium, CompiledPatch, FilmFaces, Hit, Location, PlacedSource, Scene,
+};
 use crate::settings::{Sampling, Settings};
 use crate::surface::{Region, SurfaceModel};
 
@@ -301,7 +302,7 @@ impl<'a, 't, L: Light, R: Rng, O: Observer> Walk<'_, 'a, 't, L, R, O> {
     /// Follows the path until it has met `surfaces` surfaces, or to where it meets the film stack
     /// with these outer faces and takes an outcome of its table.
     #[inline]
-    pub fn follow_to_films(mut self, surfaces: u32, films: &Faces) -> (PathState, Stop) {
+    pub fn follow_to_films(mut self, surfaces: u32, films: &FilmFaces) -> (PathState, Stop) {
         let last = surfaces.min(self.tracer.max_bounces);
         while self.path.history.bounces < last {
             let ahead = match self.path.location {

@@ -8,8 +8,8 @@ use crate::common::{assert_none_lost, single};
 use tracer::{Control, Settings, run, run_rays};
 
 #[test]
-#[ignore = "slow: a million rays in every closed body (34 s)"]
-fn no_ray_of_a_million_is_lost_in_any_closed_body() {
+#[ignore = "nightly: a million rays in every closed body (34 s)"]
+fn nightly_no_ray_of_a_million_is_lost_in_any_closed_body() {
     for (name, body) in closed::bodies(20_000) {
         let scene = single(body);
         let settings = Settings::new(1_000_000, 5);

@@ -114,8 +114,8 @@ fn slabs_reflect_and_transmit_as_published() {
 }
 
 #[test]
-#[ignore = "slow: 25 million paths through each of twelve slabs (120 s)"]
-fn slabs_reflect_and_transmit_as_published_to_a_ten_thousandth() {
+#[ignore = "nightly: 25 million paths through each of twelve slabs (120 s)"]
+fn nightly_slabs_reflect_and_transmit_as_published_to_a_ten_thousandth() {
     judge_slabs(1e-4);
 }
 

@@ -55,8 +55,8 @@ fn a_polygon_of_16_sides_keeps_the_laws() {
 /// that light does not resolve: what is left is of the second order in the slope, 1/N, over a depth
 /// of 1/N².
 #[test]
-#[ignore = "slow: polygons of 32 and 64 sides (30 s)"]
-fn polygons_approach_the_circle() {
+#[ignore = "nightly: polygons of 32 and 64 sides (30 s)"]
+fn nightly_polygons_approach_the_circle() {
     for polarisation in [Polarisation::Te, Polarisation::Tm] {
         let [before, found] = [32, 64].map(|sides| difference(sides, polarisation));
         assert!(before < 4e-4 && found < before / 4.0, "{polarisation:?}: {before:e}, {found:e}");

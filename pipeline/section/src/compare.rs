@@ -339,8 +339,8 @@ mod tests {
     }
 
     #[test]
-    #[ignore = "slow: 4,000 random places in a smooth and in a stepped dome (60 s)"]
-    fn stated_chance_is_the_true_one() {
+    #[ignore = "nightly: 4,000 random places in a smooth and in a stepped dome (60 s)"]
+    fn nightly_stated_chance_is_the_true_one() {
         let dome = SphericalDome { sphere_radius_mm: 2.0, height_mm: 1.0, radius_mm: 1.7 };
         let rounding = Rounding::default();
         let relief = Elements { width_mm: 0.1, shapes: vec![Shape::Os1; 17], rounding };

@@ -94,7 +94,7 @@ fn check(teeth: [usize; 3], tolerances: [f64; 3]) {
 }
 
 #[test]
-#[ignore = "slow: forty teeth by full wave (60 s)"]
-fn teeth_approach_the_endless_grating() {
+#[ignore = "nightly: forty teeth by full wave (60 s)"]
+fn nightly_teeth_approach_the_endless_grating() {
     check([4, 8, 40], [0.07, 0.04, 0.01]);
 }

@@ -116,8 +116,8 @@ fn a_relief_far_below_the_wavelength_is_smooth() {
 
 /// A ring of 36 wavelengths has half of the nodes of a narrow one.
 #[test]
-#[ignore = "slow: two tables of a ring of 20 µm (20 s)"]
-fn nodes_of_a_wide_ring_are_enough() {
+#[ignore = "nightly: two tables of a ring of 20 µm (20 s)"]
+fn nightly_nodes_of_a_wide_ring_are_enough() {
     let section = paper(Shape::Os1, 1, 20.0);
     assert_eq!([10.0, 36.0, 90.0].map(kx_per_zone), [8, 4, 2]);
     let surfaces = section.bands();

@@ -14,15 +14,16 @@ use tracer::{
 use design::Design;
 use design::resolved::dome::Dome;
 use design::resolved::reflector::Reflector;
-use design::resolved::solids::{CheckedSolid, Orientation};
+use design::resolved::solids::{CheckedSolid, LEAST_MM, Orientation};
 use design::schema::FilmTracing;
 use design::schema::solids::Per;
 use metrics::kinds::Carrying;
+use runtime::store::program_sha256;
 
 /// Half the lengths of films without ends, mm.
 const ENDLESS_MM: f64 = 1e4;
-/// Number of the way in which outcomes are drawn and written: what is kept by another is of no use.
-const VERSION: u32 = 1;
+/// Name of the walls of the housing in the ledger.
+const WALL: &str = "wall";
 /// Lengths and heights that differ by less are equal, mm.
 const SAME_MM: f64 = 1e-6;
 /// Directions that differ by less are equal, degrees.
@@ -63,6 +64,8 @@ pub fn treatment(design: &Design) -> FilmTreatment {
     let (ends_mm, size_mm) = ([*low, *high], *size_mm);
     let is_same = |other: &[f64; 2]| (0..2).all(|k| (size_mm[k] - other[k]).abs() < SAME_MM);
     let in_stack = |[from, to]: [f64; 2]| to > low + SAME_MM && from < high - SAME_MM;
+    // Solids may be in contact with its faces.
+    let touches = |[from, to]: [f64; 2]| to > low - LEAST_MM && from < high + LEAST_MM;
     if let Some((film, _)) = films.iter().zip(&ends).find(|(_, (_, size))| !is_same(size)) {
         return FilmTreatment::Traced(format!("film {:?} has lengths of its own", film.name()));
     }
@@ -72,9 +75,11 @@ pub fn treatment(design: &Design) -> FilmTreatment {
     let others = design.solids.iter().filter(|solid| !solid.is_film() && solid.per() == Per::Array);
     for solid in others {
         let bounds = solid.form.shape(0.0).map(|shape| shape.bounds());
-        if bounds.is_ok_and(|around| in_stack([around.low.z, around.high.z])) {
+        if bounds.is_ok_and(|around| touches([around.low.z, around.high.z])) {
             let name = solid.name();
-            return FilmTreatment::Traced(format!("solid {name:?} stands in or between films"));
+            return FilmTreatment::Traced(format!(
+                "solid {name:?} stands in, between or against films"
+            ));
         }
     }
     if in_stack([design.receiver.plane_height_mm; 2]) {
@@ -86,7 +91,10 @@ pub fn treatment(design: &Design) -> FilmTreatment {
                 let around = at.bounds();
                 in_stack([around.low.z, around.high.z])
             }
-            Measurement::Flux(name) => films.iter().any(|film| film.name() == name),
+            Measurement::Flux(name) => {
+                let of_films = films.iter().map(|film| film.name());
+                of_films.chain([WALL]).any(|known| underscored(known) == underscored(name))
+            }
             Measurement::FarField(_) => false,
         };
         let Filter { sources: _, ref last_surface, last_radii_mm, bounces } =
@@ -95,7 +103,11 @@ pub fn treatment(design: &Design) -> FilmTreatment {
             || last_radii_mm.is_some()
             || bounces != Filter::default().bounces;
         if is_read || is_filtered {
-            let asks = if is_read { "lies between films or on one" } else { "asks for the past" };
+            let asks = if is_read {
+                "lies between films, on one or on the walls"
+            } else {
+                "asks for the past"
+            };
             let name = receiver.name();
             return FilmTreatment::Traced(format!("receiver {name:?} {asks}"));
         }
@@ -105,6 +117,10 @@ pub fn treatment(design: &Design) -> FilmTreatment {
     if emitters.any(|emitter| height(emitter.source.position.z)) {
         return FilmTreatment::Traced("a source shines between films".to_owned());
     }
+    if design.polarization == Carrying::Carried && mirrors_light(design) {
+        let why = "light that carries its polarisation comes back from mirrors";
+        return FilmTreatment::Traced(why.to_owned());
+    }
     let symmetry = symmetry(&films);
     FilmTreatment::Table(FilmStack {
         ends_mm,
@@ -112,6 +128,29 @@ pub fn treatment(design: &Design) -> FilmTreatment {
         symmetry,
         borders: borders(design, size_mm, *high, symmetry),
     })
+}
+
+/// A name as keys of ledgers have it.
+fn underscored(name: &str) -> String {
+    name.replace([' ', ','], "_")
+}
+
+/// True if something beside the films sends light back without depolarising it: outcomes keep what
+/// light has of Q alone.
+fn mirrors_light(design: &Design) -> bool {
+    let is_mirror = |reflector: Reflector| match reflector {
+        Reflector::Specular { reflectance } => reflectance > 0.0,
+        Reflector::Mixed { specular_fraction, .. } => specular_fraction > 0.0,
+        Reflector::Lambertian { .. } | Reflector::Absorbing | Reflector::Periodic => false,
+    };
+    let housing = design.housing.as_ref();
+    let of_housing = housing.into_iter().flat_map(|h| [Some(h.reflector), h.floor]).flatten();
+    let mut reflectors =
+        [design.mirror.reflector, design.led.reflector].into_iter().chain(of_housing);
+    let mut solids = design.solids.iter().filter(|solid| !solid.is_film());
+    reflectors.any(is_mirror)
+        || design.files.mirror().is_some()
+        || solids.any(|solid| solid.medium.is_none() && !solid.is_diffuse())
 }
 
 /// Height of the highest body of a package, mm.
@@ -152,10 +191,8 @@ fn borders(
     high_mm: f64,
     symmetry: StackSymmetry,
 ) -> [StackBorder; 2] {
-    let housing = design.housing.as_ref();
-    if housing.is_some_and(|housing| housing.reflector == Reflector::Periodic) {
-        return [StackBorder::Periodic; 2];
-    }
+    let housing = design.housing.as_ref().filter(|housing| housing.height_mm >= high_mm);
+    let is_periodic = housing.is_some_and(|housing| housing.reflector == Reflector::Periodic);
     // Edges of plates at mirrors reflect totally and change the polarisation.
     let keeps_light = design.polarization == Carrying::Unpolarised
         || design.solids.iter().filter(|solid| solid.is_film()).all(|film| {
@@ -166,13 +203,14 @@ fn borders(
         StackSymmetry::Mirrors(axis) => axis == 0.0,
         StackSymmetry::HalfTurn | StackSymmetry::None => false,
     };
-    let mirrors = housing.is_some_and(|housing| {
-        let whole = Reflector::Specular { reflectance: 1.0 };
-        housing.reflector == whole && housing.height_mm >= high_mm
-    });
+    let mirrors = housing
+        .is_some_and(|housing| housing.reflector == Reflector::Specular { reflectance: 1.0 });
     [0, 1].map(|axis| {
         let wall = design.housing_half_mm().map_or(f64::INFINITY, |half| 2.0 * half[axis]);
-        if is_own_image && keeps_light && mirrors && (wall - size_mm[axis]).abs() < SAME_MM {
+        let fills = (wall - size_mm[axis]).abs() < SAME_MM;
+        if is_periodic && fills {
+            StackBorder::Periodic
+        } else if is_own_image && keeps_light && mirrors && fills {
             StackBorder::Mirror
         } else {
             StackBorder::Edge
@@ -223,26 +261,31 @@ impl FilmStack {
         })
     }
 
-    /// All that outcomes depend on, beside the program, of the same designs.
-    pub fn key_fields(&self, designs: &[Design], seed: u64) -> Value {
+    /// All that outcomes depend on, of the same designs.
+    ///
+    /// # Errors
+    /// A program that cannot be read.
+    pub fn key_fields(&self, designs: &[Design], seed: u64) -> Result<Value> {
         let low = self.ends_mm[0];
         let films = designs[0].solids.iter().filter_map(CheckedSolid::film_mm);
         let heights: Vec<[f64; 2]> =
             films.map(|(ends, _)| ends.map(|z| level_mm(z - low))).collect();
         let media = designs.iter().map(|design| {
             let media = design.solids.iter().filter(|solid| solid.is_film()).map(|film| {
-                film.medium.as_ref().map(|medium| format!("{:?}", medium.to_tracer(film.name())))
+                let medium = film.medium.as_ref();
+                medium.map(|medium| format!("{:?}", medium.to_tracer(film.name()).luminophores))
             });
             media.collect::<Vec<_>>()
         });
-        json!({
+        Ok(json!({
             "films": designs.iter().map(Design::film_fields).collect::<Vec<_>>(),
-            "media": media.collect::<Vec<_>>(),
+            "luminophores": media.collect::<Vec<_>>(),
             "heights_mm": heights,
             "symmetry": format!("{:?}", self.symmetry),
             "seed": seed,
-            "version": VERSION,
-        })
+            // Another one may draw other outcomes.
+            "program": program_sha256()?,
+        }))
     }
 }
 

@@ -208,7 +208,8 @@ fn errors_of_tables(
         return Ok(None);
     };
     let what = format!("{}, tables of the second nearest wavelength", job.what);
-    let other = TraceJob { surface: &surface, what: &what, ..*job }.observe(context)?;
+    let other = TraceJob { surface: &surface, what: &what, ..*job };
+    let other = other.observe(beside_pieces(context))?;
     against(observation, job, context, |seen| AddedErrors::of_wavelengths(seen, &other, job.design))
         .map(Some)
 }
@@ -225,9 +226,14 @@ fn errors_of_film_table(
     }
     let what = format!("{}, wide cells of the table of films", job.what);
     let wide = TraceJob { widened: true, what: &what, paths: job.paths.div_ceil(4), ..*job };
-    let wide = wide.observe(context)?;
+    let wide = wide.observe(beside_pieces(context))?;
     against(observation, job, context, |seen| AddedErrors::of_film_table(seen, &wide, job.design))
         .map(Some)
+}
+
+/// The context of a trace that belongs to no shard: a merge computes it.
+fn beside_pieces(context: RunContext<'_>) -> RunContext<'_> {
+    RunContext { checkpoints: context.checkpoints.filter(|all| !all.is_merging()), ..context }
 }
 
 /// Errors of what `job` saw; of batches those of the first one, which is traced here.

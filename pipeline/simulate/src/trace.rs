@@ -154,7 +154,7 @@ impl TraceJob<'_> {
             let levels =
                 numbers.zip(&planes.levels_mm).map(|(number, (z, way))| (number, *z, *way));
             table = Some(stack.table(&designs, &levels.collect::<Vec<_>>())?);
-            let key = Key::of(&stack.key_fields(&designs, context.seed));
+            let key = Key::of(&stack.key_fields(&designs, context.seed)?);
             let cache = lasting.as_ref().map(|store| store.entries(key.clone()));
             parts = Some(FilmParts::new(key, cache));
         }

@@ -172,7 +172,7 @@ fn tables_of_stacks_see_what_is_traced_film_by_film() {
         ("plate between mirrors", parsed("specular", &[LINE, PLATE]), 12_800),
         ("conversion", parsed("specular", &[BLUE, PLATE, DOTS]), 12_800),
         ("turned prisms", parsed("lambertian", &[LINE, &prisms("z_mm = 4.0\n", 10.0)]), 12_800),
-        ("polarisers", parsed("specular", &[CARRIED, PLATE, SHEETS]), 12_800),
+        ("polarisers", parsed("lambertian", &[CARRIED, PLATE, SHEETS]), 12_800),
         ("all", parsed("lambertian", &[CARRIED, PLATE, &prisms_on_top(10.0), SHEETS]), 12_800),
     ] {
         assert!(matches!(treatment(&design), FilmTreatment::Table(_)), "{name}");
@@ -215,7 +215,8 @@ fn stacks_that_no_table_fits_are_traced_and_say_why() {
         "kind = \"plane\"\nposition_mm = [0.0, 0.0, 5.005]\nsize_mm = [2.0, 2.0]\nbins = [1, 1]",
     );
     let on_film = receiver("kind = \"surface\"\nsurface = \"plate\"");
-    let past = receiver("kind = \"surface\"\nsurface = \"wall\"\nonly = { max_bounces = 3 }");
+    let on_walls = receiver("kind = \"surface\"\nsurface = \"wall\"");
+    let past = receiver("kind = \"surface\"\nsurface = \"box_top\"\nonly = { max_bounces = 3 }");
     let solid = "[[solids]]\nname = \"post\"\nkind = \"sphere\"\nper = \"array\"\nradius_mm = 0.1\n\
                  position_mm = [0.0, 0.0, 4.5]\nsurface = { kind = \"absorbing\" }\n";
     let upper = prisms("", 0.0);
@@ -225,9 +226,10 @@ fn stacks_that_no_table_fits_are_traced_and_say_why() {
         (vec![LINE, PLATE, "trace = { films = \"traced\" }\n"], "trace.films"),
         (vec![LINE, PLATE, &narrow], "film \"small\" has lengths of its own"),
         (vec![LINE, PLATE, &upper, &between], "receiver \"own\" lies between films"),
-        (vec![LINE, PLATE, &on_film], "receiver \"own\" lies between films or on one"),
+        (vec![LINE, PLATE, &on_film], "receiver \"own\" lies between films, on one"),
         (vec![LINE, PLATE, &past], "receiver \"own\" asks for the past"),
-        (vec![LINE, PLATE, solid], "solid \"post\" stands in or between films"),
+        (vec![LINE, PLATE, solid], "solid \"post\" stands in, between or against films"),
+        (vec![LINE, PLATE, &on_walls], "on the walls"),
     ] {
         let why = said(&parts);
         assert!(why.contains(words), "{parts:?}: {why}");

@@ -131,13 +131,16 @@ impl LayerWalk<'_, '_, '_> {
             let mirrored = direction * DVec3::new(1.0, 1.0, sign);
             (ray.direction - mirrored).abs().max_element()
         };
+        let place = ray.at.truncate();
+        // Facets may restore a direction and move light aside.
+        let aside = place.perp_dot(direction.truncate()).abs();
+        let is_straight = aside <= SAME * (1.0 + place.length());
         let course = match is_out {
             false => Course::Ended,
-            true if off(1.0) < SAME => Course::Through,
-            true if off(-1.0) < SAME => Course::Mirrored,
+            true if is_straight && off(1.0) < SAME => Course::Through,
+            true if is_straight && off(-1.0) < SAME => Course::Mirrored,
             true => Course::Turned,
         };
-        let place = ray.at.truncate();
         let sin = direction.truncate().length();
         let exit = Exit { direction: ray.direction, place, sin };
         let weight = if is_out { ray.weight } else { 0.0 };

@@ -25,11 +25,12 @@ mod part;
 mod walker;
 
 pub use cells::StackSymmetry;
-pub(crate) use walker::{BoundStack, Faces, StackWalker};
+pub(crate) use walker::{BoundStack, StackWalker};
 
 use crate::checkpoint::CheckpointStore;
 use crate::receiver::Sense;
 use crate::scene::Scene;
+use crate::source::Emission;
 
 /// What ends a stack of films along an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,10 +84,13 @@ pub struct TabulatedFilms<'a> {
 }
 
 impl FilmTable {
-    /// Numbers of receivers that no ray of the run reaches: it has its light from outcomes alone.
-    pub(crate) fn unreached(&self) -> impl Iterator<Item = usize> {
-        let is_endless = !self.borders.contains(&StackBorder::Edge);
-        self.passages.iter().filter(move |_| is_endless).map(|passage| passage.receiver)
+    /// Numbers of receivers that no ray of the run through `scene` reaches: they have their light from
+    /// outcomes alone.
+    pub(crate) fn unreached(&self, scene: &Scene) -> impl Iterator<Item = usize> {
+        let mut sources = scene.sources.iter();
+        let is_outside = !self.borders.contains(&StackBorder::Edge)
+            && !sources.any(|placed| matches!(placed.source.emission, Emission::Rays(_)));
+        self.passages.iter().filter(move |_| is_outside).map(|passage| passage.receiver)
     }
 
     /// Distance of the lowest and the highest face, mm.

@@ -130,15 +130,19 @@ impl Part {
     pub fn next(&mut self, cell: usize) -> (usize, bool) {
         let cell = &mut self.cells[cell];
         let visit = cell.visits;
-        cell.visits = visit.wrapping_add(1);
-        let beyond = visit.saturating_sub(ALWAYS_NEW);
-        let is_new = visit < ALWAYS_NEW || beyond % REUSED == 0;
-        let turn = if cell.taken == 0 || (is_new && self.taken < ENOUGH) {
+        // No group has as many paths.
+        cell.visits = visit.saturating_add(1);
+        let is_new = match visit.checked_sub(ALWAYS_NEW) {
+            None => true,
+            Some(beyond) => beyond % REUSED == 0 && self.taken < ENOUGH,
+        };
+        let turn = if is_new {
             cell.taken += 1;
             self.taken += 1;
             cell.taken - 1
         } else {
-            (visit / REUSED) % cell.taken
+            // The next one, so that a path that comes back does not meet its own again.
+            (visit - cell.taken) % cell.taken
         } as usize;
         (turn, turn >= cell.outcomes.len())
     }

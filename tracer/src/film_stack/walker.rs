@@ -6,14 +6,14 @@ use glam::{DVec2, DVec3};
 use super::cells::{Cells, Turn};
 use super::layers::{LayerWalk, Layers};
 use super::part::{Course, Entry, Exit, MOST, Outcome, Part};
-use super::{FilmTable, Passage, StackBorder, TabulatedFilms};
+use super::{Passage, StackBorder, TabulatedFilms};
 use crate::error::{Error, check};
 use crate::optics::polarisation::{Light, Polarisation, Stokes, Unpolarised};
 use crate::path::{PathState, Tracer};
 use crate::random::{self, PathStream, Streams};
 use crate::ray::Ray;
 use crate::receiver::{PathHistory, Sense, Tally};
-use crate::scene::{CompiledSurface, Lines, Scene};
+use crate::scene::{FilmFaces, Lines, Scene};
 use crate::settings::Settings;
 
 /// Rays by which it is found how far light travels in a stack.
@@ -26,63 +26,6 @@ const PROBING: u64 = u64::MAX;
 const SALT: u64 = 0x66_696c_6d73;
 /// Components of a direction that differ by less are equal.
 const SAME: f64 = 1e-9;
-/// Tolerance of heights at which the films of the scene and of the table lie, mm.
-const LEVEL_MM: f64 = 1e-5;
-
-/// The outer faces of the stack in one scene, and where light that meets them takes an outcome.
-pub(crate) struct Faces {
-    /// The instance of the films, if it is of them alone.
-    films: Option<u32>,
-    low: f64,
-    high: f64,
-    /// Half the lengths of the rectangle in which it does, mm.
-    within: [f64; 2],
-}
-
-impl Faces {
-    fn new(scene: &Scene, table: &FilmTable, within: [f64; 2]) -> Result<Self, Error> {
-        let surfaces = scene.array_solids().map_or(&[][..], |body| &body.surfaces);
-        let at = |z: f64, end: fn(&CompiledSurface) -> f64| {
-            let mut ends = surfaces.iter().map(end);
-            ends.find(|end| (end - z).abs() < LEVEL_MM).ok_or(Error::Number {
-                what: "height of a face of tabulated films, mm".to_owned(),
-                expected: "that of a film of the scene",
-                got: z,
-            })
-        };
-        let [low, high] = table.ends_mm();
-        let are_all = surfaces.len() == table.scenes[0].bodies[0].surfaces.len();
-        Ok(Self {
-            films: scene.array_solids_instance().filter(|_| are_all),
-            low: at(low, |one| one.shape.bounds().low.z)?,
-            high: at(high, |one| one.shape.bounds().high.z)?,
-            within,
-        })
-    }
-
-    /// Distance at which a ray of the world that begins below or above the stack meets it where it
-    /// takes an outcome, if nothing stands before it.
-    #[inline]
-    pub fn ahead(&self, ray: &Ray) -> Option<f64> {
-        let (z, dz) = (ray.origin.z, ray.direction.z);
-        let face = if dz > 0.0 && z < self.low {
-            self.low
-        } else if dz < 0.0 && z > self.high {
-            self.high
-        } else {
-            return None;
-        };
-        let distance = (face - z) / dz;
-        let at = ray.at(distance);
-        (at.x.abs() <= self.within[0] && at.y.abs() <= self.within[1]).then_some(distance)
-    }
-
-    /// The instance of the films, which needs no test before that distance.
-    #[inline]
-    pub fn instance(&self) -> Option<u32> {
-        self.films
-    }
-}
 
 /// A table bound to the scenes of a run.
 pub(crate) struct BoundStack<'a> {
@@ -91,7 +34,7 @@ pub(crate) struct BoundStack<'a> {
     /// Through the films alone, at each wavelength.
     tracers: Vec<Tracer<'a>>,
     layers: Vec<Layers<'a>>,
-    faces: Vec<Faces>,
+    faces: Vec<FilmFaces>,
     /// Accounts of the films: powers of their ledger, then passages of the gaps in both ways.
     accounts: usize,
     /// The line of a surface of the films in the ledger of the run.
@@ -154,7 +97,9 @@ impl<'a> BoundStack<'a> {
             StackBorder::Edge => table.half_mm[axis] - reach,
             StackBorder::Mirror | StackBorder::Periodic => table.half_mm[axis],
         });
-        let faces = scenes.iter().map(|scene| Faces::new(scene, table, within));
+        let faces = scenes.iter().map(|scene| {
+            FilmFaces::new(scene, table.ends_mm(), table.scenes[0].bodies[0].surfaces.len(), within)
+        });
         bound.faces = faces.collect::<Result<_, _>>()?;
         Ok(bound)
     }
@@ -218,7 +163,7 @@ impl<'w, 'a> StackWalker<'w, 'a> {
 
     /// The outer faces in the scene of a wavelength.
     #[inline]
-    pub fn faces(&self, wavelength: u16) -> &'w Faces {
+    pub fn faces(&self, wavelength: u16) -> &'w FilmFaces {
         &self.stack.faces[usize::from(wavelength)]
     }
 

@@ -14,6 +14,7 @@
 
 mod builder;
 mod compiled;
+mod film_faces;
 mod instances;
 mod lines;
 mod nested;
@@ -40,6 +41,7 @@ use crate::surface::SurfaceModel;
 pub(crate) use compiled::Body;
 use compiled::BodyHit;
 pub(crate) use compiled::{CompiledMedium, CompiledPatch, CompiledSurface};
+pub(crate) use film_faces::FilmFaces;
 pub(crate) use instances::Instance;
 use instances::Instances;
 use nested::Nested;
@@ -205,11 +207,6 @@ impl Scene {
         let count = list.len() - usize::from(self.array_solids.is_some());
         let body = |prototype: u32| &self.bodies[prototype as usize];
         list[..count].iter().map(move |instance| (body(instance.prototype), instance.position))
-    }
-
-    /// The instance of the array solids.
-    pub(crate) fn array_solids_instance(&self) -> Option<u32> {
-        self.array_solids
     }
 
     /// The body of the array solids.

@@ -120,8 +120,8 @@ fn isotropic(total: f64, rng: &mut Pcg64) -> ScatterTable {
 }
 
 #[test]
-#[ignore = "slow: five kinds of table (35 s)"]
-fn every_kind_of_table_is_drawn_by_its_density() {
+#[ignore = "nightly: five kinds of table (35 s)"]
+fn nightly_every_kind_of_table_is_drawn_by_its_density() {
     let rng = &mut Pcg64::seed_from_u64(31);
     let tables = [
         surface(LobeMotion::Fixed, |total| isotropic(total, rng)),

@@ -263,6 +263,19 @@ impl CheckedSolid {
         self.is_film().then_some((ends, [x, y]))
     }
 
+    /// True if what its surface sends back is depolarised, of a solid that light does not enter.
+    pub fn is_diffuse(&self) -> bool {
+        match &self.surface.optics {
+            SolidOptics::Law(law) => {
+                matches!(law, Reflector::Lambertian { .. } | Reflector::Absorbing)
+            }
+            SolidOptics::Diffusing { .. }
+            | SolidOptics::Scattering(_)
+            | SolidOptics::File { .. } => true,
+            _ => false,
+        }
+    }
+
     /// The directions in which each of its surfaces is the same.
     pub fn orientations(&self) -> impl Iterator<Item = Orientation> {
         let surface = &self.surface;

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! The outer faces of a film stack in a scene, where light takes an outcome of the table of the stack.
+
+use super::{CompiledSurface, Scene};
+use crate::error::Error;
+use crate::ray::Ray;
+
+/// Tolerance of heights at which the films of the scene and of the table lie, mm, and as a share of the
+/// size of films: scenes draw their faces in.
+const LEVEL_MM: f64 = 1e-5;
+const LEVEL: f64 = 1e-8;
+
+/// The outer faces of the stack in one scene, and where light that meets them takes an outcome.
+pub(crate) struct FilmFaces {
+    /// The instance of the films, if it is of them alone.
+    films: Option<u32>,
+    low: f64,
+    high: f64,
+    /// Half the lengths of the rectangle in which it does, mm.
+    within: [f64; 2],
+}
+
+impl FilmFaces {
+    /// Those of `films` films between two heights, mm.
+    ///
+    /// # Errors
+    /// Films that the scene does not have.
+    pub fn new(
+        scene: &Scene,
+        [low, high]: [f64; 2],
+        films: usize,
+        within: [f64; 2],
+    ) -> Result<Self, Error> {
+        let surfaces = scene.array_solids().map_or(&[][..], |body| &body.surfaces);
+        let at = |z: f64, end: fn(&CompiledSurface) -> f64| {
+            let off = |one: &&CompiledSurface| (end(one) - z).abs();
+            let nearest = surfaces.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+            let near = |one: &&CompiledSurface| {
+                off(one) < LEVEL_MM + LEVEL * one.shape.bounds().farthest()
+            };
+            nearest.filter(near).map(end).ok_or(Error::Number {
+                what: "height of a face of tabulated films, mm".to_owned(),
+                expected: "that of a film of the scene",
+                got: z,
+            })
+        };
+        let are_all = surfaces.len() == films;
+        Ok(Self {
+            films: scene.array_solids.filter(|_| are_all),
+            low: at(low, |one| one.shape.bounds().low.z)?,
+            high: at(high, |one| one.shape.bounds().high.z)?,
+            within,
+        })
+    }
+
+    /// Distance at which a ray of the world that begins below or above the stack meets it where it
+    /// takes an outcome, if nothing stands before it.
+    #[inline]
+    pub fn ahead(&self, ray: &Ray) -> Option<f64> {
+        let (z, dz) = (ray.origin.z, ray.direction.z);
+        let face = if dz > 0.0 && z < self.low {
+            self.low
+        } else if dz < 0.0 && z > self.high {
+            self.high
+        } else {
+            return None;
+        };
+        let distance = (face - z) / dz;
+        let at = ray.at(distance);
+        (at.x.abs() <= self.within[0] && at.y.abs() <= self.within[1]).then_some(distance)
+    }
+
+    /// The instance of the films, which needs no test before that distance.
+    #[inline]
+    pub fn instance(&self) -> Option<u32> {
+        self.films
+    }
+}
