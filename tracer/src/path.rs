@@ -568,7 +568,7 @@ impl<'a, 't, L: Light, R: Rng, O: Observer> Walk<'_, 'a, 't, L, R, O> {
         }
         self.path.scatterings += 1;
         let scene = self.tracer.scene;
-        let axis = if normal.x.abs() > normal.y.abs() { 0 } else { 1 };
+        let axis = usize::from(normal.x.abs() < normal.y.abs());
         let mut opposite = point;
         opposite[axis] = -point[axis];
         let inwards = -normal * hit.side.sign();

@@ -24,7 +24,7 @@ use metrics::uniformity_forms::{PHASES, cell, sees_one_phase};
 use results::package::MAP;
 
 use super::cells::band_cells;
-use super::film_table::{FilmTreatment, treatment};
+use super::film_table::treatment;
 use super::model::copies_um;
 use super::observation::layout;
 use super::symmetry::{broken_by, of_maps};
@@ -93,11 +93,6 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
     for solid in &design.solids {
         line(if solid.is_film() { "film" } else { "solid" }, self::solid(solid));
     }
-    match treatment(design) {
-        FilmTreatment::NoFilms => {}
-        FilmTreatment::Table(stack) => line("film stack", stack.describe()),
-        FilmTreatment::Traced(why) => line("film stack", format!("film by film: {why}")),
-    }
     let m = &design.mirror;
     line(
         "mirror",
@@ -109,8 +104,9 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
             (None, _) => format!("reflectance {}", reflects(m.reflector)),
         },
     );
-    if let Some(words) = housing(design) {
-        line("housing", words);
+    let around = [("film stack", treatment(design).describe()), ("housing", housing(design))];
+    for (key, words) in around.into_iter().filter_map(|(key, words)| Some((key, words?))) {
+        line(key, words);
     }
     if let Some(part) = broken_by(design) {
         line(

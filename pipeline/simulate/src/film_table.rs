@@ -40,6 +40,17 @@ pub enum FilmTreatment {
     Traced(String),
 }
 
+impl FilmTreatment {
+    /// In words; `None` without films.
+    pub fn describe(&self) -> Option<String> {
+        match self {
+            Self::NoFilms => None,
+            Self::Table(stack) => Some(stack.describe()),
+            Self::Traced(why) => Some(format!("film by film: {why}")),
+        }
+    }
+}
+
 /// The stack that a table stands for.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmStack {
@@ -220,7 +231,7 @@ fn borders(
 
 impl FilmStack {
     /// Symmetry and ends, in words.
-    pub fn describe(&self) -> String {
+    fn describe(&self) -> String {
         let symmetry = match self.symmetry {
             StackSymmetry::Round => "alike from all azimuths",
             StackSymmetry::Mirrors(_) => "with two mirror planes",

@@ -167,7 +167,7 @@ impl LayerWalk<'_, '_, '_> {
         }
         let surface = layers.films[face / 2].surface;
         let ((primitive, patch), normal) =
-            if face % 2 == 0 { (BOTTOM, DVec3::NEG_Z) } else { (TOP, DVec3::Z) };
+            if face.is_multiple_of(2) { (BOTTOM, DVec3::NEG_Z) } else { (TOP, DVec3::Z) };
         let side = if ray.direction.z * normal.z < 0.0 { Side::Outer } else { Side::Inner };
         let CompiledPatch { optics, line } = &surface.patches[patch as usize];
         let hit = Hit { distance: 0.0, surface, primitive, side, instance: Some(0) };
@@ -239,7 +239,7 @@ impl LayerWalk<'_, '_, '_> {
                     return None;
                 }
             }
-            if ray.region % 2 == 0 {
+            if ray.region.is_multiple_of(2) {
                 self.passed[number][ray.region / 2 - 1][usize::from(!rises)] += ray.weight;
             }
             ray.at += ray.direction * length;

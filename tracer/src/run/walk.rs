@@ -116,12 +116,10 @@ impl<L: Light, O: Observer> Walker<L> for SpectralWalker<'_, '_, O> {
                     (path, false) => (path, Stop::Long),
                 },
             };
-            match (stop, &mut self.films) {
-                (Stop::AtFilms, Some(films)) => {
-                    if !films.pass(path, light, rng) {
-                        return true;
-                    }
-                }
+            let films = self.films.as_mut().filter(|_| stop == Stop::AtFilms);
+            match films.map(|films| films.pass(path, light, rng)) {
+                Some(true) => {}
+                Some(false) => return true,
                 _ if path.wavelength == wavelength => return stop == Stop::Over,
                 _ => {}
             }
