@@ -27,6 +27,9 @@ fn range(unit: Unit) -> [f64; 2] {
     }
 }
 
+/// Standard errors beyond which an error of a film table is seen.
+const SEEN: f64 = 2.0;
+
 /// A figure of merit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FigureEntry {
@@ -80,9 +83,12 @@ impl FigureEntry {
         }
     }
 
-    /// The estimate with the error that sampling a spectrum adds.
-    pub fn with_wavelengths(&self) -> Estimate {
-        self.estimate().with_error(self.wavelength_error.map_or(0.0, |error| error.value))
+    /// The estimate with the errors that sampling a spectrum adds, and cells of a table of films where
+    /// that is beyond its own noise.
+    pub fn with_added_errors(&self) -> Estimate {
+        let of_films = self.film_table_error.filter(|e| e.value > SEEN * e.standard_error);
+        let added = [self.wavelength_error, of_films].into_iter().flatten();
+        added.fold(self.estimate(), |sum, error| sum.with_error(error.value))
     }
 
     /// The error that a stopping rule on the figure called `key` judges: its standard error, or the

@@ -196,7 +196,7 @@ pub fn digits(entry: &FigureEntry, unit: Unit) -> Option<Digits> {
 
 /// The standard error with that of the wavelengths.
 fn shown_error(entry: &FigureEntry) -> f64 {
-    entry.with_wavelengths().standard_error
+    entry.with_added_errors().standard_error
 }
 
 /// Flux that sources emit, in lm of photometric light and else in W.

@@ -152,7 +152,7 @@ struct Computed {
 
 impl Computed {
     fn new(entry: &FigureEntry, unit: Unit) -> Self {
-        let [low, high] = entry.interval.unwrap_or_else(|| band(entry.with_wavelengths()));
+        let [low, high] = entry.interval.unwrap_or_else(|| band(entry.with_added_errors()));
         // No share lies beyond 0 and 1.
         let bar = match unit {
             Unit::Fraction => [low.max(0.0), high.min(1.0)],
