@@ -153,6 +153,39 @@ impl Ledger {
         self.powers().for_each(|power| *power *= factor);
     }
 
+    /// Adds all powers of another ledger, whose lines have the same names but other numbers.
+    pub(crate) fn add_by_name(&mut self, other: &Self) {
+        self.emitted += other.emitted;
+        self.escaped_up += other.escaped_up;
+        self.escaped_down += other.escaped_down;
+        self.lost.iter_mut().zip(other.lost).for_each(|(lost, more)| *lost += more);
+        let (lines, theirs) = (Arc::clone(&self.lines), &other.lines);
+        let at = |all: &[String], name: &str| all.iter().position(|known| known == name);
+        let skins = theirs.surfaces.iter().zip(&theirs.skin).zip(&other.surfaces);
+        for ((name, skin), more) in skins {
+            let mut all = lines.surfaces.iter().zip(&lines.skin);
+            if let Some(line) = all.position(|(known, is_skin)| known == name && is_skin == skin) {
+                let line = &mut self.surfaces[line];
+                line.absorbed += more.absorbed;
+                line.outward += more.outward;
+                line.inward += more.inward;
+            }
+        }
+        for (name, more) in theirs.media.iter().zip(&other.media) {
+            if let Some(line) = at(&lines.media, name) {
+                self.media[line] += more;
+            }
+        }
+        for (name, more) in theirs.luminophores.iter().zip(&other.luminophores) {
+            if let Some(line) = at(&lines.luminophores, name) {
+                let line = &mut self.luminophores[line];
+                line.absorbed += more.absorbed;
+                line.quantum_loss += more.quantum_loss;
+                line.stokes_loss += more.stokes_loss;
+            }
+        }
+    }
+
     /// self · a + other · b, line by line.
     pub(crate) fn combine(&mut self, a: f64, other: &Self, b: f64) {
         for (power, other) in self.powers().zip(other.clone().powers()) {

@@ -91,7 +91,7 @@ fn trace_groups(
 
     let mut tracer = Tracer::new(scene, receivers, settings);
     if let Some(films) = control.films {
-        tracer.receivers.leave_out(films.table.unreached(scene));
+        films.relieve(&mut tracer);
     }
     let many = match settings.polarisation {
         Polarisation::Unpolarised if control.films.is_none() && !scene.is_periodic() => {

@@ -200,6 +200,7 @@ fn housing(design: &Design) -> Vec<Body> {
         let (low, high) = (DVec3::new(x, y, 0.0), DVec3::new(to_x, to_y, housing.height_mm));
         unmoved(&format!("wall {number}"), Form::cuboid(low, high))
     };
+    let walls = walls.into_iter().filter(|_| !design.is_periodic());
     let mut bodies: Vec<Body> = (1..).zip(walls).map(wall).collect();
     let [a, b] = match design.mirror.extent {
         Extent::Array => mirror_half_mm(design),

@@ -4,7 +4,7 @@
 
 use anyhow::Result;
 use tracer::glam::DVec3;
-use tracer::receiver::{DetectorRectangle, Facing, Sense};
+use tracer::receiver::{DetectorRectangle, Facing, Sense, underscored};
 use tracer::{Detector, Measurement, Scene};
 
 use design::Design;
@@ -39,7 +39,7 @@ impl FilmPlanes {
             };
             let pair = [detector(Sense::Plus)?, detector(Sense::Minus)?];
             if pair.iter().all(|detector| scene.admits(detector).is_ok()) {
-                all.push((name.replace([' ', ','], "_"), z_mm, pair));
+                all.push((underscored(&name), z_mm, pair));
             }
         }
         // Numbers that sort as the planes lie.

@@ -5,7 +5,7 @@
 use anyhow::Result;
 use serde_json::{Value, json};
 use tracer::glam::DVec3;
-use tracer::receiver::Sense;
+use tracer::receiver::{Sense, underscored};
 use tracer::{
     Emission, Emitter, FilmTable, Filter, Measurement, Medium, Passage, Patch, Prototype, Region,
     Scene, SceneBuilder, Shape, Source, StackBorder, StackSymmetry, Surface,
@@ -55,7 +55,7 @@ impl FilmTreatment {
 #[derive(Debug, Clone, PartialEq)]
 pub struct FilmStack {
     /// Heights of the lowest and of the highest face, mm.
-    pub ends_mm: [f64; 2],
+    ends_mm: [f64; 2],
     /// Lengths along x and y, mm.
     size_mm: [f64; 2],
     symmetry: StackSymmetry,
@@ -69,38 +69,69 @@ pub fn treatment(design: &Design) -> FilmTreatment {
     let (Some(([low, _], size_mm)), Some(([_, high], _))) = (ends.first(), ends.last()) else {
         return FilmTreatment::NoFilms;
     };
-    if design.trace.films == FilmTracing::Traced {
-        return FilmTreatment::Traced("trace.films = \"traced\"".to_owned());
+    let ends_mm = [*low, *high];
+    let why = (design.trace.films == FilmTracing::Traced)
+        .then(|| "trace.films = \"traced\"".to_owned())
+        .or_else(|| other_lengths(&films, *size_mm))
+        .or_else(|| body_in_stack(design, ends_mm))
+        .or_else(|| reading_in_stack(design, &films, ends_mm))
+        .or_else(|| light_from_mirrors(design));
+    if let Some(why) = why {
+        return FilmTreatment::Traced(why);
     }
-    let (ends_mm, size_mm) = ([*low, *high], *size_mm);
-    let is_same = |other: &[f64; 2]| (0..2).all(|k| (size_mm[k] - other[k]).abs() < SAME_MM);
-    let in_stack = |[from, to]: [f64; 2]| to > low + SAME_MM && from < high - SAME_MM;
-    // Solids may be in contact with its faces.
-    let touches = |[from, to]: [f64; 2]| to > low - LEAST_MM && from < high + LEAST_MM;
-    if let Some((film, _)) = films.iter().zip(&ends).find(|(_, (_, size))| !is_same(size)) {
-        return FilmTreatment::Traced(format!("film {:?} has lengths of its own", film.name()));
+    let symmetry = symmetry(&films);
+    FilmTreatment::Table(FilmStack {
+        ends_mm,
+        size_mm: *size_mm,
+        symmetry,
+        borders: borders(design, *size_mm, *high, symmetry),
+    })
+}
+
+/// A film that is not as large as the first one.
+fn other_lengths(films: &[&CheckedSolid], size_mm: [f64; 2]) -> Option<String> {
+    let differs = |film: &&&CheckedSolid| {
+        film.film_mm().is_some_and(|(_, own)| (0..2).any(|k| !is_same_length(own[k], size_mm[k])))
+    };
+    let film = films.iter().find(differs)?;
+    Some(format!("film {:?} has lengths of its own", film.name()))
+}
+
+/// True of a stretch of heights that reaches into the stack.
+fn is_in([low, high]: [f64; 2], [from, to]: [f64; 2]) -> bool {
+    to > low + SAME_MM && from < high - SAME_MM
+}
+
+/// A package, a solid or a source that reaches into the stack, or a solid in contact with it.
+fn body_in_stack(design: &Design, ends_mm: [f64; 2]) -> Option<String> {
+    if is_in(ends_mm, [f64::NEG_INFINITY, top_mm(design)]) {
+        return Some("a package reaches into the films".to_owned());
     }
-    if in_stack([f64::NEG_INFINITY, top_mm(design)]) {
-        return FilmTreatment::Traced("a package reaches into the films".to_owned());
+    let around_mm = [ends_mm[0] - LEAST_MM, ends_mm[1] + LEAST_MM];
+    let touches = |solid: &&CheckedSolid| {
+        let shape = solid.form.shape(0.0);
+        shape.is_ok_and(|shape| is_in(around_mm, [shape.bounds().low.z, shape.bounds().high.z]))
+    };
+    let mut others =
+        design.solids.iter().filter(|solid| !solid.is_film() && solid.per() == Per::Array);
+    if let Some(solid) = others.find(touches) {
+        return Some(format!("solid {:?} stands in, between or against films", solid.name()));
     }
-    let others = design.solids.iter().filter(|solid| !solid.is_film() && solid.per() == Per::Array);
-    for solid in others {
-        let bounds = solid.form.shape(0.0).map(|shape| shape.bounds());
-        if bounds.is_ok_and(|around| touches([around.low.z, around.high.z])) {
-            let name = solid.name();
-            return FilmTreatment::Traced(format!(
-                "solid {name:?} stands in, between or against films"
-            ));
-        }
+    let mut emitters = design.sources.iter().flat_map(|source| &source.emitters);
+    emitters
+        .any(|emitter| is_in(ends_mm, [emitter.source.position.z; 2]))
+        .then(|| "a source shines between films".to_owned())
+}
+
+/// A receiver that reads light within the stack, or the past of light.
+fn reading_in_stack(design: &Design, films: &[&CheckedSolid], ends_mm: [f64; 2]) -> Option<String> {
+    if is_in(ends_mm, [design.receiver.plane_height_mm; 2]) {
+        return Some("the plane of the receiver lies between films".to_owned());
     }
-    if in_stack([design.receiver.plane_height_mm; 2]) {
-        return FilmTreatment::Traced("the plane of the receiver lies between films".to_owned());
-    }
-    for receiver in &design.receivers {
+    design.receivers.iter().find_map(|receiver| {
         let is_read = match &receiver.detector.measurement {
             Measurement::Plane(at) | Measurement::Luminance(at, _) => {
-                let around = at.bounds();
-                in_stack([around.low.z, around.high.z])
+                is_in(ends_mm, [at.bounds().low.z, at.bounds().high.z])
             }
             Measurement::Flux(name) => {
                 let of_films = films.iter().map(|film| film.name());
@@ -110,44 +141,37 @@ pub fn treatment(design: &Design) -> FilmTreatment {
         };
         let Filter { sources: _, ref last_surface, last_radii_mm, bounces } =
             receiver.detector.filter;
-        let is_filtered = last_surface.is_some()
+        let is_of_past = last_surface.is_some()
             || last_radii_mm.is_some()
             || bounces != Filter::default().bounces;
-        if is_read || is_filtered {
-            let asks = if is_read {
-                "lies between films, on one or on the walls"
-            } else {
-                "asks for the past"
-            };
-            let name = receiver.name();
-            return FilmTreatment::Traced(format!("receiver {name:?} {asks}"));
+        let name = receiver.name();
+        if is_read {
+            Some(format!("receiver {name:?} lies between films, on one or on the walls"))
+        } else {
+            is_of_past.then(|| format!("receiver {name:?} asks for the past"))
         }
-    }
-    let mut emitters = design.sources.iter().flat_map(|source| &source.emitters);
-    let height = |z: f64| in_stack([z; 2]);
-    if emitters.any(|emitter| height(emitter.source.position.z)) {
-        return FilmTreatment::Traced("a source shines between films".to_owned());
-    }
-    if design.polarization == Carrying::Carried && mirrors_light(design) {
-        let why = "light that carries its polarisation comes back from mirrors";
-        return FilmTreatment::Traced(why.to_owned());
-    }
-    let symmetry = symmetry(&films);
-    FilmTreatment::Table(FilmStack {
-        ends_mm,
-        size_mm,
-        symmetry,
-        borders: borders(design, size_mm, *high, symmetry),
     })
 }
 
-/// A name as keys of ledgers have it.
-fn underscored(name: &str) -> String {
-    name.replace([' ', ','], "_")
+/// Light that carries its polarisation and comes back from mirrors: outcomes keep what it has of Q
+/// alone.
+fn light_from_mirrors(design: &Design) -> Option<String> {
+    let is_met = design.polarization == Carrying::Carried && mirrors_light(design);
+    is_met.then(|| "light that carries its polarisation comes back from mirrors".to_owned())
 }
 
-/// True if something beside the films sends light back without depolarising it: outcomes keep what
-/// light has of Q alone.
+/// True if two lengths are the same, mm.
+fn is_same_length(a: f64, b: f64) -> bool {
+    (a - b).abs() < SAME_MM
+}
+
+/// True if films of these lengths fill what the walls of `design` leave.
+pub(super) fn fills(design: &Design, size_mm: [f64; 2]) -> bool {
+    let half = design.housing_half_mm();
+    half.is_some_and(|half| (0..2).all(|axis| is_same_length(size_mm[axis], 2.0 * half[axis])))
+}
+
+/// True if something beside the films sends light back without depolarising it.
 fn mirrors_light(design: &Design) -> bool {
     let is_mirror = |reflector: Reflector| match reflector {
         Reflector::Specular { reflectance } => reflectance > 0.0,
@@ -216,17 +240,14 @@ fn borders(
     };
     let mirrors = housing
         .is_some_and(|housing| housing.reflector == Reflector::Specular { reflectance: 1.0 });
-    [0, 1].map(|axis| {
-        let wall = design.housing_half_mm().map_or(f64::INFINITY, |half| 2.0 * half[axis]);
-        let fills = (wall - size_mm[axis]).abs() < SAME_MM;
-        if is_periodic && fills {
-            StackBorder::Periodic
-        } else if is_own_image && keeps_light && mirrors && fills {
-            StackBorder::Mirror
-        } else {
-            StackBorder::Edge
-        }
-    })
+    let border = if is_periodic && fills(design, size_mm) {
+        StackBorder::Periodic
+    } else if is_own_image && keeps_light && mirrors && fills(design, size_mm) {
+        StackBorder::Mirror
+    } else {
+        StackBorder::Edge
+    };
+    [border; 2]
 }
 
 impl FilmStack {

@@ -18,6 +18,7 @@ use anyhow::Result;
 use rayon::prelude::*;
 use tracer::Outcome;
 use tracer::ledger::{Lines, Loss};
+use tracer::receiver::underscored;
 
 use design::Design;
 use metrics::extraction::{Ledger, flow};
@@ -463,7 +464,7 @@ const CONVERSION_LOSSES: [&str; 2] = ["quantum_loss", STOKES_LOSS];
 /// All accounts of the tracer's ledger: emitted = escaped + absorbed + lost; the two flows through
 /// domes beside them.
 fn accounts(lines: &Lines) -> Vec<String> {
-    let key = |begin: &str, name: &str| format!("{begin}_{}", name.replace([' ', ','], "_"));
+    let key = |begin: &str, name: &str| format!("{begin}_{}", underscored(name));
     let mut names: Vec<String> =
         ["emitted", "out_of_domes", "back_into_domes", "escaped_up", "escaped_down"]
             .map(str::to_owned)

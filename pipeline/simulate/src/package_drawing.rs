@@ -80,6 +80,9 @@ fn solids(design: &Design, [x, y]: [f64; 2]) -> Vec<SolidDrawing> {
     let (Some(housing), Some(half)) = (&design.housing, design.housing_half_mm()) else {
         return all;
     };
+    if design.is_periodic() {
+        return all;
+    }
     let outer = half.map(|half| half + housing.thickness_mm);
     for k in [0, 1] {
         for side in [-1.0, 1.0] {

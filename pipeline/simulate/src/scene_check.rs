@@ -61,6 +61,7 @@ pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Design> {
 /// File, key, what was found and what was expected.
 pub fn check(design: &Design) -> Result<()> {
     has_room(design)?;
+    cell_holds(design)?;
     let surface = dome_surface(design, Model::Geometric, None)?;
     let scene = scene::build(design, &surface).map_err(|error| match error.downcast_ref() {
         Some(wrong) => unbuilt(design, wrong).into(),
@@ -80,6 +81,29 @@ pub fn check(design: &Design) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Refuses a cell that repeats and is lower than films and receivers: above it light no longer goes round.
+fn cell_holds(design: &Design) -> Result<()> {
+    let Some(housing) = design.housing.as_ref().filter(|_| design.is_periodic()) else {
+        return Ok(());
+    };
+    let films = design.solids.iter().filter_map(|film| {
+        let ([_, top_mm], _) = film.film_mm()?;
+        Some((format!("the top of film {:?}", film.name()), top_mm))
+    });
+    let plane = ("receiver.plane_height_mm".to_owned(), design.receiver.plane_height_mm);
+    let receivers = design.receivers.iter().filter_map(|receiver| {
+        let z_mm = receiver.stated.kind.rectangle()?.position_mm[2];
+        Some((format!("receiver {:?}", receiver.name()), z_mm))
+    });
+    let above = films.chain([plane]).chain(receivers).find(|(_, z)| *z > housing.height_mm);
+    above.map_or(Ok(()), |(what, z_mm)| {
+        let expected =
+            format!("at least {} mm, {what}: above it no light goes round", shortest(z_mm));
+        let got = shortest(housing.height_mm);
+        Err(refused(design, "housing.height_mm", got, expected).into())
+    })
 }
 
 /// Refuses bins for which the system has no memory, before it allocates them group by group.

@@ -35,11 +35,12 @@ use tracer::{
 
 use design::resolved::dome::Dome;
 use design::resolved::footprint::Footprint;
-use design::resolved::reflector::Reflector;
 use design::resolved::solids::{self, CheckedSolid};
 use design::schema::solids::Per;
 use design::{ConfigError, Design};
 use metrics::digits::shortest;
+
+use super::film_table::fills;
 
 /// Distance by which the outer faces of a solid are drawn in, as a share of the size of the scene,
 /// for every solid that it lies in: a thousand times the offset of a ray's start from a surface.
@@ -524,13 +525,8 @@ const SIDES: usize = 0;
 
 /// True of a film that goes on in the next cell, where cells repeat.
 fn fills_cell(design: &Design, solid: &CheckedSolid) -> bool {
-    let housing = design.housing.as_ref();
-    let is_periodic = housing.is_some_and(|housing| housing.reflector == Reflector::Periodic);
-    let sizes = solid.film_mm().zip(design.housing_half_mm());
-    is_periodic
-        && sizes.is_some_and(|((_, size), half)| {
-            (0..2).all(|axis| (size[axis] - 2.0 * half[axis]).abs() < 1e-6)
-        })
+    let is_periodic = design.is_periodic();
+    is_periodic && solid.film_mm().is_some_and(|(_, size_mm)| fills(design, size_mm))
 }
 
 /// Patches of a solid between media of these indices.

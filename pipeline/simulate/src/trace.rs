@@ -145,7 +145,7 @@ impl TraceJob<'_> {
         context.interrupt.check()?;
         let planes = FilmPlanes::new(design, scenes.first())?;
         let groups = self.groups(context);
-        let lasting = context.checkpoints.map(|store| store.lasting_beside(FILMS, MAX_FILM_BYTES));
+        let lasting;
         let (mut table, mut parts) = (None, None);
         if let FilmTreatment::Table(stack) = treatment(design) {
             let designs = scenes.designs(design)?;
@@ -155,6 +155,8 @@ impl TraceJob<'_> {
                 numbers.zip(&planes.levels_mm).map(|(number, (z, way))| (number, *z, *way));
             table = Some(stack.table(&designs, &levels.collect::<Vec<_>>())?);
             let key = Key::of(&stack.key_fields(&designs, context.seed)?);
+            let cache = context.checkpoints;
+            lasting = cache.map(|store| store.lasting_beside(FILMS, MAX_FILM_BYTES));
             let cache = lasting.as_ref().map(|store| store.entries(key.clone()));
             parts = Some(FilmParts::new(key, cache));
         }

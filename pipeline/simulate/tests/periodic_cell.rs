@@ -106,3 +106,20 @@ fn light_is_neither_lost_nor_made_where_it_goes_round() {
         assert!((up.value - 1.0).abs() < 1e-9, "{up:?}");
     }
 }
+
+/// A cell that is lower or narrower than what it holds is refused, by key.
+#[test]
+fn a_cell_holds_what_is_in_it() {
+    let low = |text: &str| text.replace("height_mm = 6.0", "height_mm = 3.5");
+    let narrow = CELL.replace("inner_size_mm = [5.0, 4.0]", "inner_size_mm = [5.0, 0.3]");
+    let plane = CELL.replace("plane_height_mm = 5.9", "plane_height_mm = 6.1");
+    for (text, key) in [
+        (low(CELL), "housing.height_mm"),
+        (plane, "housing.height_mm"),
+        (narrow, "housing.inner_size_mm"),
+    ] {
+        let refused = simulate::scene_check::check(&parsed(&text)).expect_err(key).to_string();
+        assert!(refused.starts_with("own.toml") && refused.contains(key), "{refused}");
+    }
+    assert!(simulate::scene_check::check(&parsed(CELL)).is_ok());
+}

@@ -8,7 +8,7 @@
 use bsdf::Side;
 use glam::DVec3;
 
-use super::part::{Course, Exit, Outcome};
+use super::part::{Course, Exit, FilmOutcome};
 use crate::ledger::Loss;
 use crate::optics::polarisation::Light;
 use crate::path::{Flight, Tracer};
@@ -19,7 +19,7 @@ use crate::scatter::scatter;
 use crate::scene::{CompiledMedium, CompiledPatch, CompiledSurface, Hit, Scene};
 
 /// Components of a direction that differ by less are equal.
-const SAME: f64 = 1e-9;
+pub(super) const SAME: f64 = 1e-9;
 /// Faces of a box, by primitive and patch.
 const BOTTOM: (u32, u32) = (4, 2);
 const TOP: (u32, u32) = (5, 1);
@@ -100,7 +100,7 @@ impl LayerWalk<'_, '_, '_> {
         wavelength: u16,
         light: &mut L,
         rng: &mut PathStream,
-    ) -> (Outcome, f64) {
+    ) -> (FilmOutcome, f64) {
         let faces = self.layers[0].faces.len();
         let falls = direction.z < 0.0;
         let (mut face, region) = if falls { (faces - 1, faces) } else { (0, 0) };
@@ -144,7 +144,7 @@ impl LayerWalk<'_, '_, '_> {
         let sin = direction.truncate().length();
         let exit = Exit { direction: ray.direction, place, sin };
         let weight = if is_out { ray.weight } else { 0.0 };
-        let mut outcome = Outcome::new(&exit, weight, ray.wavelength, course);
+        let mut outcome = FilmOutcome::new(&exit, weight, ray.wavelength, course);
         (outcome.bounces, outcome.line) = (ray.history.bounces, ray.history.line);
         (outcome, ray.reach2.max(place.length_squared()).sqrt())
     }

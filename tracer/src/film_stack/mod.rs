@@ -16,7 +16,7 @@
 //! passes straight, or is mirrored by level faces, keeps the direction of the ray.
 //!
 //! Every group of paths draws from outcomes of its own. Groups share nothing, and their scatter
-//! holds the noise of the table. Outcome k of a cell of a group is a function of the films, the
+//! holds the noise of the table. FilmOutcome k of a cell of a group is a function of the films, the
 //! seed, cell, group and k alone: whether it is drawn or read changes no bit.
 
 mod cells;
@@ -28,6 +28,7 @@ pub use cells::StackSymmetry;
 pub(crate) use walker::{BoundStack, StackWalker};
 
 use crate::checkpoint::CheckpointStore;
+use crate::path::Tracer;
 use crate::receiver::Sense;
 use crate::scene::Scene;
 use crate::source::Emission;
@@ -83,16 +84,21 @@ pub struct TabulatedFilms<'a> {
     pub widened: bool,
 }
 
-impl FilmTable {
-    /// Numbers of receivers that no ray of the run through `scene` reaches: they have their light from
+impl TabulatedFilms<'_> {
+    /// Has a tracer pass over the receivers that no ray of its scene reaches: they have their light from
     /// outcomes alone.
-    pub(crate) fn unreached(&self, scene: &Scene) -> impl Iterator<Item = usize> {
-        let mut sources = scene.sources.iter();
-        let is_outside = !self.borders.contains(&StackBorder::Edge)
+    pub(crate) fn relieve(&self, tracer: &mut Tracer<'_>) {
+        let mut sources = tracer.scene.sources.iter();
+        // Rays of files may begin between films.
+        let are_outside = !self.table.borders.contains(&StackBorder::Edge)
             && !sources.any(|placed| matches!(placed.source.emission, Emission::Rays(_)));
-        self.passages.iter().filter(move |_| is_outside).map(|passage| passage.receiver)
+        if are_outside {
+            tracer.receivers.leave_out(self.table.passages.iter().map(|passage| passage.receiver));
+        }
     }
+}
 
+impl FilmTable {
     /// Distance of the lowest and the highest face, mm.
     pub(crate) fn height_mm(&self) -> f64 {
         self.scenes[0].bodies[0].bounds.high.z

@@ -26,7 +26,7 @@ impl Course {
 /// What became of a ray of weight 1 that met the stack: what a path needs of it, in the digits that
 /// the table keeps.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Outcome {
+pub(super) struct FilmOutcome {
     pub weight: f64,
     /// Its direction.
     direction: Vec3,
@@ -54,7 +54,7 @@ pub(super) struct Exit {
     pub sin: f64,
 }
 
-impl Outcome {
+impl FilmOutcome {
     pub fn new(exit: &Exit, weight: f64, wavelength: u16, course: Course) -> Self {
         Self {
             weight,
@@ -90,7 +90,7 @@ struct Cell {
     visits: u32,
     /// Outcomes that they have taken, the first ones.
     taken: u32,
-    outcomes: Vec<Outcome>,
+    outcomes: Vec<FilmOutcome>,
     /// Polarisation of each, where light carries it.
     light: Vec<Stokes>,
 }
@@ -148,18 +148,24 @@ impl Part {
     }
 
     /// Puts the next outcome into a cell.
-    pub fn put(&mut self, cell: usize, outcome: Outcome, light: Option<Stokes>, booked: &[Entry]) {
+    pub fn put(
+        &mut self,
+        cell: usize,
+        outcome: FilmOutcome,
+        light: Option<Stokes>,
+        booked: &[Entry],
+    ) {
         let entries = [self.entries.len() as u32, booked.len() as u32];
         self.entries.extend_from_slice(booked);
         let cell = &mut self.cells[cell];
-        cell.outcomes.push(Outcome { entries, ..outcome });
+        cell.outcomes.push(FilmOutcome { entries, ..outcome });
         cell.light.extend(light);
         self.has_grown = true;
     }
 
     /// An outcome of a cell, which stands for a ray of this weight.
     #[inline]
-    pub fn take(&mut self, cell: usize, turn: usize, weight: f64) -> Outcome {
+    pub fn take(&mut self, cell: usize, turn: usize, weight: f64) -> FilmOutcome {
         let outcome = &mut self.cells[cell].outcomes[turn];
         outcome.used += weight;
         *outcome
@@ -170,7 +176,7 @@ impl Part {
         self.cells[cell].light[turn]
     }
 
-    fn entries(&self, outcome: &Outcome) -> &[Entry] {
+    fn entries(&self, outcome: &FilmOutcome) -> &[Entry] {
         let [from, count] = outcome.entries.map(|number| number as usize);
         &self.entries[from..from + count]
     }
@@ -263,12 +269,12 @@ fn double(bytes: &[u8]) -> Option<f64> {
 }
 
 /// An outcome without entries, and its light if it has some, from their bytes.
-fn outcome(bytes: &[u8]) -> Option<(Outcome, Option<Stokes>)> {
+fn outcome(bytes: &[u8]) -> Option<(FilmOutcome, Option<Stokes>)> {
     let single = |k: usize| {
         let at = 19 + 4 * k;
         bytes[at..at + 4].try_into().map(f32::from_le_bytes).ok()
     };
-    let outcome = Outcome {
+    let outcome = FilmOutcome {
         course: *Course::ALL.get(usize::from(bytes[0]))?,
         wavelength: u16::from_le_bytes([bytes[1], bytes[2]]),
         bounces: word(&bytes[3..7])?,
@@ -317,7 +323,7 @@ mod tests {
         for k in 0..7u8 {
             let real = f64::from(k);
             let exit = Exit { direction: DVec3::Z, place: DVec2::splat(real), sin: 0.5 };
-            let outcome = Outcome::new(&exit, 0.1 * real, u16::from(k), Course::Turned);
+            let outcome = FilmOutcome::new(&exit, 0.1 * real, u16::from(k), Course::Turned);
             let light = Stokes { q: 0.5, u: real, v: -0.1, s: DVec3::X };
             part.put(usize::from(k % 3), outcome, Some(light), &[(3, real), (9, 0.25)]);
         }

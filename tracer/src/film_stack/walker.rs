@@ -4,16 +4,17 @@
 use glam::{DVec2, DVec3};
 
 use super::cells::{Cells, Turn};
-use super::layers::{LayerWalk, Layers};
-use super::part::{Course, Entry, Exit, MOST, Outcome, Part};
+use super::layers::{LayerWalk, Layers, SAME};
+use super::part::{Course, Entry, Exit, FilmOutcome, MOST, Part};
 use super::{Passage, StackBorder, TabulatedFilms};
 use crate::error::{Error, check};
+use crate::ledger::Ledger;
 use crate::optics::polarisation::{Light, Polarisation, Stokes, Unpolarised};
 use crate::path::{PathState, Tracer};
 use crate::random::{self, PathStream, Streams};
 use crate::ray::Ray;
 use crate::receiver::{PathHistory, Sense, Tally};
-use crate::scene::{FilmFaces, Lines, Scene};
+use crate::scene::{FilmFaces, Scene};
 use crate::settings::Settings;
 
 /// Rays by which it is found how far light travels in a stack.
@@ -24,8 +25,6 @@ const BEYOND: f64 = 1e-3;
 const PROBING: u64 = u64::MAX;
 /// Added to the seed of a run.
 const SALT: u64 = 0x66_696c_6d73;
-/// Components of a direction that differ by less are equal.
-const SAME: f64 = 1e-9;
 
 /// A table bound to the scenes of a run.
 pub(crate) struct BoundStack<'a> {
@@ -43,9 +42,6 @@ pub(crate) struct BoundStack<'a> {
     /// Distance from the outer faces at which light goes on, mm.
     offset: f64,
 }
-
-/// Powers of a ledger before those of its lines: emission, two ways of escape.
-const ENDS: usize = 3;
 
 impl<'a> BoundStack<'a> {
     /// `films` for a run through `scenes`, of these wavelengths where it has several.
@@ -69,24 +65,19 @@ impl<'a> BoundStack<'a> {
             .map(|(number, scene)| Tracer::new(scene, &[], settings).at(wavelengths, number))
             .collect();
         let layers: Vec<Layers<'_>> = table.scenes.iter().map(Layers::new).collect();
-        let own = table.scenes[0].lines();
-        let gaps = 2 * layers[0].gaps();
+        let own = &table.scenes[0].lines;
         let lines = own.surfaces.iter().map(|name| {
             let of_run = scenes[0].lines().surfaces.iter().position(|known| known == name);
             of_run.map_or(PathHistory::NO_LINE, |line| line as u32)
         });
+        let accounts = Ledger::new(own).powers().count() + 2 * layers[0].gaps();
         let mut bound = Self {
             films,
             cells: Cells::new(table.symmetry),
             tracers,
             layers,
             faces: Vec::new(),
-            accounts: ENDS
-                + 3
-                + 3 * own.surfaces.len()
-                + own.media.len()
-                + 3 * own.luminophores.len()
-                + gaps,
+            accounts,
             lines: lines.collect(),
             seed: settings.seed ^ SALT,
             offset: scenes[0].offset(),
@@ -212,7 +203,7 @@ impl<'w, 'a> StackWalker<'w, 'a> {
 
     /// Draws outcome `number` of a cell; returns its light and how far from its beginning it has been,
     /// mm, and leaves what is booked in `booked`.
-    fn draw<L: Light>(&mut self, slot: usize, number: u64) -> (Outcome, Stokes, f64) {
+    fn draw<L: Light>(&mut self, slot: usize, number: u64) -> (FilmOutcome, Stokes, f64) {
         let Self { stack, tallies, passed, streams, .. } = self;
         let cells = stack.cells.count();
         let (kind, cell) = ((slot / cells) % SIDES_AND_STATES, (slot % cells) as u32);
@@ -261,11 +252,12 @@ impl<'w, 'a> StackWalker<'w, 'a> {
             sums[account / stack.accounts][account % stack.accounts] += used * power;
         });
         let table = stack.films.table;
-        let own = table.scenes[0].lines();
         for (tally, sums) in tallies.iter_mut().zip(sums) {
-            let (ledger, passed) = sums.split_at(stack.accounts - 2 * stack.layers[0].gaps());
+            let (powers, passed) = sums.split_at(stack.accounts - 2 * stack.layers[0].gaps());
+            let mut ledger = Ledger::new(&table.scenes[0].lines);
+            ledger.powers().zip(powers).for_each(|(power, sum)| *power = *sum);
             let totals = &mut tally.totals;
-            totals.ledger.add(own, &ledger[ENDS..]);
+            totals.ledger.add_by_name(&ledger);
             for Passage { receiver, gap, sense } in &table.passages {
                 let way = usize::from(*sense == Sense::Minus);
                 totals.readings[*receiver][0] += passed[2 * gap + way];
@@ -276,7 +268,7 @@ impl<'w, 'a> StackWalker<'w, 'a> {
 
 impl Exit {
     /// Where a ray leaves the stack, from where it met it, in the frame of the run.
-    fn of(outcome: &Outcome, ray: &Ray, turn: &Turn) -> Self {
+    fn of(outcome: &FilmOutcome, ray: &Ray, turn: &Turn) -> Self {
         let Self { direction, place, sin } = outcome.exit();
         match outcome.course {
             Course::Through | Course::Mirrored => {
@@ -319,7 +311,7 @@ impl BoundStack<'_> {
                 at[axis] = (at[axis] + half).rem_euclid(2.0 * half) - half;
                 continue;
             }
-            // Over two lengths mirror images repeat.
+            // Over two lengths mirror images repeat; at an edge it folds the rare light that goes beyond.
             let far = (at[axis] + half).rem_euclid(4.0 * half);
             at[axis] = if far > 2.0 * half { 3.0 * half - far } else { far - half };
             if far > 2.0 * half {
@@ -338,44 +330,6 @@ impl BoundStack<'_> {
             let across = s - direction * s.dot(direction);
             let s = across.try_normalize().unwrap_or_else(|| direction.any_orthonormal_vector());
             light.become_light([q, sign * u, sign * v], s);
-        }
-    }
-}
-
-impl crate::ledger::Ledger {
-    /// Adds the powers of another one with the lines `own`, in its order and without those before
-    /// the losses; lines have the same names here.
-    fn add(&mut self, own: &Lines, powers: &[f64]) {
-        let mut powers = powers.iter();
-        let mut next = || powers.next().copied().unwrap_or(0.0);
-        self.lost.iter_mut().for_each(|lost| *lost += next());
-        let lines = std::sync::Arc::clone(&self.lines);
-        let at = |all: &[String], name: &String| all.iter().position(|known| known == name);
-        let skins = own.surfaces.iter().zip(&own.skin);
-        for (name, skin) in skins {
-            let mut all = lines.surfaces.iter().zip(&lines.skin);
-            let line = all.position(|(known, is_skin)| known == name && is_skin == skin);
-            let sums = [next(), next(), next()];
-            if let Some(line) = line.map(|line| &mut self.surfaces[line]) {
-                line.absorbed += sums[0];
-                line.outward += sums[1];
-                line.inward += sums[2];
-            }
-        }
-        for name in &own.media {
-            let power = next();
-            if let Some(line) = at(&lines.media, name) {
-                self.media[line] += power;
-            }
-        }
-        for name in &own.luminophores {
-            let sums = [next(), next(), next()];
-            if let Some(line) = at(&lines.luminophores, name) {
-                let line = &mut self.luminophores[line];
-                line.absorbed += sums[0];
-                line.quantum_loss += sums[1];
-                line.stokes_loss += sums[2];
-            }
         }
     }
 }

@@ -88,7 +88,7 @@ impl<'a> CompiledFilter<'a> {
 }
 
 /// A name as keys of ledgers have it.
-pub(super) fn underscored(name: &str) -> String {
+pub fn underscored(name: &str) -> String {
     name.replace([' ', ','], "_")
 }
 

@@ -25,6 +25,31 @@ pub(super) trait Walker<L: Light> {
     ) -> bool;
 }
 
+/// Follows a path until it ends, has met `surfaces` surfaces, or takes an outcome of a film stack.
+#[inline]
+fn follow<L: Light, O: Observer>(
+    walk: Walk<'_, '_, '_, L, PathStream, O>,
+    surfaces: u32,
+    films: Option<&StackWalker<'_, '_>>,
+) -> (PathState, Stop) {
+    if let Some(films) = films {
+        let faces = films.faces(walk.path.wavelength);
+        return walk.follow_to_films(surfaces, faces);
+    }
+    let (path, is_over) = walk.follow_to(surfaces);
+    (path, if is_over { Stop::Over } else { Stop::Long })
+}
+
+/// Takes a path beyond a film stack; false if it ends there.
+fn passes<L: Light>(
+    films: &mut Option<StackWalker<'_, '_>>,
+    path: &mut PathState,
+    light: &mut L,
+    rng: &mut PathStream,
+) -> bool {
+    films.as_mut().is_some_and(|films| films.pass(path, light, rng))
+}
+
 /// Paths through one scene.
 pub(super) struct SceneWalker<'w, 'a, O> {
     pub tracer: &'w Tracer<'a>,
@@ -50,24 +75,18 @@ impl<L: Light, O: Observer> Walker<L> for SceneWalker<'_, '_, O> {
         rng: &mut PathStream,
         surfaces: u32,
     ) -> bool {
-        let Self { tracer, tally, films, observer, .. } = self;
-        let (tally, observer) = (&mut **tally, &mut **observer);
-        let Some(films) = films else {
-            let is_over;
-            (*path, is_over) =
-                Walk { tracer, path: *path, light, rng, tally, observer }.follow_to(surfaces);
-            return is_over;
-        };
         loop {
+            let Self { tracer, tally, films, observer, .. } = self;
             let (light, rng) = (&mut *light, &mut *rng);
-            let (tally, observer) = (&mut *tally, &mut *observer);
+            let (tally, observer) = (&mut **tally, &mut **observer);
             let walk = Walk { tracer, path: *path, light, rng, tally, observer };
             let stop;
-            (*path, stop) = walk.follow_to_films(surfaces, films.faces(path.wavelength));
-            match stop {
-                Stop::AtFilms if films.pass(path, light, rng) => {}
-                Stop::AtFilms | Stop::Over => return true,
-                Stop::Long => return false,
+            (*path, stop) = follow(walk, surfaces, films.as_ref());
+            if stop != Stop::AtFilms {
+                return stop == Stop::Over;
+            }
+            if !passes(films, path, light, rng) {
+                return true;
             }
         }
     }
@@ -109,19 +128,12 @@ impl<L: Light, O: Observer> Walker<L> for SpectralWalker<'_, '_, O> {
             let (light, rng, observer) = (&mut *light, &mut *rng, &mut *self.observer);
             let walk = Walk { tracer, path: *path, light, rng, tally, observer };
             let stop;
-            (*path, stop) = match &self.films {
-                Some(films) => walk.follow_to_films(surfaces, films.faces(wavelength)),
-                None => match walk.follow_to(surfaces) {
-                    (path, true) => (path, Stop::Over),
-                    (path, false) => (path, Stop::Long),
-                },
-            };
-            let films = self.films.as_mut().filter(|_| stop == Stop::AtFilms);
-            match films.map(|films| films.pass(path, light, rng)) {
-                Some(true) => {}
-                Some(false) => return true,
+            (*path, stop) = follow(walk, surfaces, self.films.as_ref());
+            match stop {
+                Stop::AtFilms if passes(&mut self.films, path, light, rng) => {}
+                Stop::AtFilms => return true,
                 _ if path.wavelength == wavelength => return stop == Stop::Over,
-                _ => {}
+                Stop::Over | Stop::Long => {}
             }
         }
     }

@@ -116,7 +116,7 @@ impl WavelengthRun<'_> {
             .map(|(number, scene)| {
                 let mut tracer = Tracer::new(scene, receivers, settings);
                 if let Some(films) = control.films {
-                    tracer.receivers.leave_out(films.table.unreached(scene));
+                    films.relieve(&mut tracer);
                 }
                 tracer.at(self.wavelengths_nm, number)
             })

@@ -231,6 +231,11 @@ impl Design {
         [0, 1].map(|k| axes.iter().map(|at| at[k].abs()).fold(0.0, f64::max))
     }
 
+    /// True if its housing is a cell that repeats without end.
+    pub fn is_periodic(&self) -> bool {
+        self.housing.as_ref().is_some_and(|housing| housing.reflector == Reflector::Periodic)
+    }
+
     /// Half the inner lengths of the housing, mm.
     pub fn housing_half_mm(&self) -> Option<[f64; 2]> {
         let housing = self.housing.as_ref()?;

@@ -24,6 +24,7 @@ use metrics::{Estimate, Grouped};
 use results::figure_entry::FigureEntry;
 use results::film_light::PASSED;
 use tracer::Measurement;
+use tracer::receiver::underscored;
 
 use super::by_angle::{AngleReader, figures_by_angle};
 use super::colour_readers::{ColourReader, ReceiverColourReader};
@@ -229,13 +230,12 @@ pub fn of_one_path(design: &Design, account: &str, power: f64) -> f64 {
     let mut media = solids.chain([("silicone", &design.silicone)]);
     let is_reachable = match account.strip_prefix("absorbed_in_") {
         Some(medium) => {
-            let key = |name: &str| name.replace([' ', ','], "_");
             let is_loss = |of: &MediumLuminophore| {
                 CONVERSION_LOSSES.iter().any(|loss| medium == format!("{}_{loss}", of.name))
             };
             // Of converted light a medium may absorb other wavelengths than that of the design.
             let absorbs = |of: &Medium| of.absorption_per_mm > 0.0 || design.converts();
-            media.any(|(name, of)| key(name) == medium && absorbs(of))
+            media.any(|(name, of)| underscored(name) == medium && absorbs(of))
                 || design.luminophores().any(is_loss)
         }
         None if account == ESCAPED_DOWN.key => design.housing.is_some(),
