@@ -105,6 +105,21 @@ fn a_pattern_is_what_a_trace_of_its_drives_gives() {
     );
 }
 
+/// In a cell that repeats every zone shines in all cells.
+#[test]
+fn cells_that_repeat_have_no_zones() {
+    let folder = tempdir().expect("a folder");
+    let walls = "kind = \"lambertian\"\nreflectance = 0.8\nheight_mm = 4.0\n";
+    let cell = boxed(2).replace(walls, "kind = \"periodic\"\nheight_mm = 5.0\n");
+    std::fs::write(folder.path().join("cell.toml"), cell).expect("written");
+    std::fs::write(folder.path().join("drives.csv"), "1,0\n0,1\n").expect("written");
+    let line = ["zones", "cell.toml", "--pattern", "drives.csv", "--out", "out"];
+    let refused = batwing(folder.path()).args(line).assert().failure();
+    let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+    assert!(said.contains("cell.toml: housing.kind") && said.contains("\"periodic\""), "{said}");
+    assert!(!folder.path().join("out").exists(), "half-written");
+}
+
 /// Small drives leave numbers that people can read, with errors.
 #[test]
 fn the_smallest_drives_give_no_rows_of_zeros() {

@@ -83,11 +83,16 @@ pub fn check(design: &Design) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a cell that repeats and is lower than films and receivers: above it light no longer goes round.
+/// Refuses a cell that repeats and is lower than films and receivers, above which light no longer goes
+/// round, and packages that would not see those of the next cell.
 fn cell_holds(design: &Design) -> Result<()> {
     let Some(housing) = design.housing.as_ref().filter(|_| design.is_periodic()) else {
         return Ok(());
     };
+    if !design.array.crossing {
+        let expected = "true in a cell that repeats: its packages see those of the next cell";
+        return Err(refused(design, "array.crossing", "false", expected).into());
+    }
     let films = design.solids.iter().filter_map(|film| {
         let ([_, top_mm], _) = film.film_mm()?;
         Some((format!("the top of film {:?}", film.name()), top_mm))

@@ -112,11 +112,13 @@ fn light_is_neither_lost_nor_made_where_it_goes_round() {
 fn a_cell_holds_what_is_in_it() {
     let low = |text: &str| text.replace("height_mm = 6.0", "height_mm = 3.5");
     let narrow = CELL.replace("inner_size_mm = [5.0, 4.0]", "inner_size_mm = [5.0, 0.3]");
+    let alone = CELL.replace("pitch_mm = [5.0, 4.0]", "pitch_mm = [5.0, 4.0], crossing = false");
     let plane = CELL.replace("plane_height_mm = 5.9", "plane_height_mm = 6.1");
     for (text, key) in [
         (low(CELL), "housing.height_mm"),
         (plane, "housing.height_mm"),
         (narrow, "housing.inner_size_mm"),
+        (alone, "array.crossing"),
     ] {
         let refused = simulate::scene_check::check(&parsed(&text)).expect_err(key).to_string();
         assert!(refused.starts_with("own.toml") && refused.contains(key), "{refused}");

@@ -123,6 +123,11 @@ impl<'a> ZonedDesign<'a> {
     /// # Errors
     /// Packages, zones or a receiver that do not fit.
     pub fn new(design: &'a Design, model: Model, request: Request) -> Result<Self> {
+        ensure!(
+            !design.is_periodic(),
+            "{}: housing.kind: expected walls or none for zones, got \"periodic\", a cell whose zones shine in all cells at once",
+            design.provenance.file
+        );
         let places = Places::new(design, request.packages)?;
         let zones = request.zones.unwrap_or(places.whole);
         let [columns, rows] = places.whole;
