@@ -10,6 +10,7 @@ use glam::DVec3;
 
 use super::part::{Course, Exit, FilmOutcome};
 use crate::ledger::Loss;
+use crate::optics::fresnel::refract;
 use crate::optics::polarisation::Light;
 use crate::path::{Flight, Tracer};
 use crate::random::PathStream;
@@ -17,6 +18,7 @@ use crate::ray::Ray;
 use crate::receiver::{PathHistory, Tally};
 use crate::scatter::scatter;
 use crate::scene::{CompiledMedium, CompiledPatch, CompiledSurface, Hit, Scene};
+use crate::surface::SurfaceModel;
 
 /// Components of a direction that differ by less are equal.
 pub(super) const SAME: f64 = 1e-9;
@@ -70,6 +72,16 @@ impl<'a> Layers<'a> {
         Self { films, air: &scene.world, faces }
     }
 
+    /// Refractive indices before and behind the lowest face, or the highest one for light that falls,
+    /// where that is smooth and level without layers.
+    pub fn smooth_outer_face(&self, falls: bool) -> Option<[f64; 2]> {
+        let (film, (_, patch)) =
+            if falls { (self.films.last()?, TOP) } else { (self.films.first()?, BOTTOM) };
+        let optics = &film.surface.patches[patch as usize].optics;
+        let [inner, outer] = film.surface.indices;
+        matches!(optics, SurfaceModel::Interface).then_some([outer, inner])
+    }
+
     /// Number of gaps between films.
     pub fn gaps(&self) -> usize {
         self.films.len() - 1
@@ -92,8 +104,9 @@ pub(super) struct LayerWalk<'s, 't, 'a> {
 }
 
 impl LayerWalk<'_, '_, '_> {
-    /// Follows a ray of weight 1 that meets the stack at x = y = 0 until it leaves or ends; returns how
-    /// far from there it has been, mm, too.
+    /// Follows a ray of weight 1 that meets the stack at x = y = 0 until it leaves or ends, and is not
+    /// reflected by an outer face that is smooth, if its light is unpolarised; returns how far from
+    /// there it has been, mm, too.
     pub fn follow<L: Light>(
         &mut self,
         direction: DVec3,
@@ -114,9 +127,10 @@ impl LayerWalk<'_, '_, '_> {
             history: PathHistory::new(0),
             reach2: 0.0,
         };
+        let mut has_entered = !L::CARRIED && self.enter(&mut ray, face, rng);
         let is_out = loop {
-            let surface = self.meet(&mut ray, face, light, rng);
-            if surface.is_none() {
+            if !std::mem::take(&mut has_entered) && self.meet(&mut ray, face, light, rng).is_none()
+            {
                 break false;
             }
             if ray.region == 0 || ray.region == faces {
@@ -147,6 +161,27 @@ impl LayerWalk<'_, '_, '_> {
         let mut outcome = FilmOutcome::new(&exit, weight, ray.wavelength, course);
         (outcome.bounces, outcome.line) = (ray.history.bounces, ray.history.line);
         (outcome, ray.reach2.max(place.length_squared()).sqrt())
+    }
+
+    /// Takes light across an outer face, if that is smooth.
+    fn enter(&mut self, ray: &mut Traveller, face: usize, rng: &mut PathStream) -> bool {
+        let number = usize::from(ray.wavelength);
+        let layers = &self.layers[number];
+        let falls = ray.direction.z < 0.0;
+        let indices = layers.smooth_outer_face(falls);
+        let towards = if falls { DVec3::Z } else { DVec3::NEG_Z };
+        let refracted = indices.and_then(|[n1, n2]| refract(ray.direction, towards, n1, n2));
+        let Some((_, direction)) = refracted else { return false };
+        let patch = if falls { TOP.1 } else { BOTTOM.1 } as usize;
+        let line = layers.films[face / 2].surface.patches[patch].line;
+        let (tracer, tally) = (&self.tracers[number], &mut self.tallies[number]);
+        let sides = [Side::Outer, Side::Inner];
+        tracer.settle(line, sides, 1.0, &mut ray.weight, rng, tally);
+        ray.history.bounces += 1;
+        ray.history.line = line as u32;
+        ray.direction = direction;
+        ray.region = if falls { face } else { face + 1 };
+        true
     }
 
     /// Takes light across or back from a face; `None` where it ends.

@@ -3,8 +3,10 @@
 //! draws from.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use rand::Rng;
 
 use crate::optics::polarisation::Stokes;
+use crate::random;
 
 /// Shape of an outcome's direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,8 +44,6 @@ pub(super) struct FilmOutcome {
     pub course: Course,
     /// The first of its entries, and their number.
     entries: [u32; 2],
-    /// Weight of all rays of the run that it stood for.
-    used: f64,
 }
 
 /// Where light leaves the stack, and how.
@@ -66,7 +66,6 @@ impl FilmOutcome {
             wavelength,
             course,
             entries: [0; 2],
-            used: 0.0,
         }
     }
 
@@ -83,13 +82,43 @@ impl FilmOutcome {
 /// number of the account.
 pub(super) type Entry = (u32, f64);
 
+/// Ways on which light leaves the stack, each a share of what a cell of incidence sends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    /// On the side from which it came.
+    Back,
+    /// On the other side.
+    Beyond,
+}
+
+impl Way {
+    pub const ALL: [Self; 2] = [Self::Back, Self::Beyond];
+}
+
+/// Outcomes of a cell that leave in one way.
+#[derive(Debug, Clone, Default)]
+struct Share {
+    /// Their numbers.
+    members: Vec<u32>,
+    /// Sum of their weights.
+    weight: f64,
+    /// The largest one.
+    most: f64,
+}
+
 /// Outcomes of a cell of incidence.
 #[derive(Debug, Clone, Default)]
 struct Cell {
     /// Rays of the run that have met it.
     visits: u32,
-    /// Outcomes that they have taken, the first ones.
+    /// Outcomes that the run takes, the first ones.
     taken: u32,
+    /// Those of them that have been offered one by one.
+    turn: u32,
+    shares: [Share; 2],
+    /// Weight of rays that each outcome taken has stood for, alone and as the last of those that
+    /// stood for rays together.
+    used: Vec<[f64; 2]>,
     outcomes: Vec<FilmOutcome>,
     /// Polarisation of each, where light carries it.
     light: Vec<Stokes>,
@@ -98,53 +127,81 @@ struct Cell {
 /// The outcomes from which one group of paths draws.
 #[derive(Debug)]
 pub(super) struct Part {
-    cells: Vec<Cell>,
+    /// Those that hold something.
+    cells: Vec<Option<Box<Cell>>>,
     entries: Vec<Entry>,
-    /// Outcomes that rays of the run have taken, of all cells.
+    /// Outcomes that the run takes, of all cells.
     taken: u32,
     has_grown: bool,
 }
 
-/// Rays of a cell that each take a new outcome.
+/// Rays of a cell that each have the run take new outcomes, whatever the others have taken.
 const ALWAYS_NEW: u32 = 4;
-/// Of those after them, one in so many does.
-const REUSED: u32 = 2;
-/// Outcomes that a group takes before all rays take known ones.
+/// Outcomes that a group takes as each ray has it take a new one.
 const ENOUGH: u32 = 1 << 14;
+
+/// Of the rays after that, one in so many does.
+const SELDOM: u32 = 8;
+/// Outcomes that a group takes before all rays share known ones.
+const PLENTY: u32 = 1 << 16;
 /// Outcomes of a cell, at most.
 pub(super) const MOST: u64 = 1 << 20;
 /// Bytes of an outcome without entries, with and without light.
 const BYTES: [usize; 2] = [47 + 48, 47];
 
+impl Cell {
+    /// See [`Part::take`].
+    fn take(&mut self, falls: bool) {
+        let number = self.taken;
+        let outcome = &self.outcomes[number as usize];
+        self.taken += 1;
+        self.used.push([0.0; 2]);
+        if outcome.course == Course::Ended {
+            return;
+        }
+        let is_beyond = (outcome.direction.z < 0.0) == falls;
+        let way = if is_beyond { Way::Beyond } else { Way::Back };
+        let share = &mut self.shares[way as usize];
+        share.members.push(number);
+        share.weight += outcome.weight;
+        share.most = share.most.max(outcome.weight);
+    }
+}
+
 impl Part {
     /// Without outcomes, of so many cells.
     pub fn new(cells: usize) -> Self {
-        let cells = vec![Cell::default(); cells];
-        Self { cells, entries: Vec::new(), taken: 0, has_grown: false }
+        Self { cells: vec![None; cells], entries: Vec::new(), taken: 0, has_grown: false }
     }
 
-    /// The number of the outcome that the next ray of a cell takes, and whether it is yet to be drawn.
-    /// The first rays take new ones, and so does one of each few after them, until there are enough;
-    /// the others go round. So what a run takes does not depend on what has been drawn before it.
+    fn cell(&mut self, cell: usize) -> &mut Cell {
+        self.cells[cell].get_or_insert_default()
+    }
+
+    /// True if the run takes one more outcome of a cell as one more ray meets it: the first rays have it
+    /// do so, later ones seldom. So what a run takes does not depend on what has been drawn before it.
     #[inline]
-    pub fn next(&mut self, cell: usize) -> (usize, bool) {
-        let cell = &mut self.cells[cell];
+    pub fn visit(&mut self, cell: usize) -> bool {
+        let taken = self.taken;
+        let cell = self.cell(cell);
         let visit = cell.visits;
         // No group has as many paths.
         cell.visits = visit.saturating_add(1);
-        let is_new = match visit.checked_sub(ALWAYS_NEW) {
-            None => true,
-            Some(beyond) => beyond % REUSED == 0 && self.taken < ENOUGH,
-        };
-        let turn = if is_new {
-            cell.taken += 1;
-            self.taken += 1;
-            cell.taken - 1
-        } else {
-            // The next one, so that a path that comes back does not meet its own again.
-            (visit - cell.taken) % cell.taken
-        } as usize;
-        (turn, turn >= cell.outcomes.len())
+        visit < ALWAYS_NEW || taken < ENOUGH || (taken < PLENTY && visit.is_multiple_of(SELDOM))
+    }
+
+    /// The number of the next outcome of a cell, if it is yet to be drawn.
+    #[inline]
+    pub fn lacks(&mut self, cell: usize) -> Option<u32> {
+        let cell = self.cell(cell);
+        (cell.taken as usize >= cell.outcomes.len()).then_some(cell.taken)
+    }
+
+    /// Has the run take the next outcome of a cell, of light that falls or rises.
+    #[inline]
+    pub fn take(&mut self, cell: usize, falls: bool) {
+        self.taken += 1;
+        self.cell(cell).take(falls);
     }
 
     /// Puts the next outcome into a cell.
@@ -157,23 +214,62 @@ impl Part {
     ) {
         let entries = [self.entries.len() as u32, booked.len() as u32];
         self.entries.extend_from_slice(booked);
-        let cell = &mut self.cells[cell];
+        let cell = self.cell(cell);
         cell.outcomes.push(FilmOutcome { entries, ..outcome });
         cell.light.extend(light);
         self.has_grown = true;
     }
 
-    /// An outcome of a cell, which stands for a ray of this weight.
+    /// One outcome of a cell, with its number, which stands for a ray of this weight.
     #[inline]
-    pub fn take(&mut self, cell: usize, turn: usize, weight: f64) -> FilmOutcome {
-        let outcome = &mut self.cells[cell].outcomes[turn];
-        outcome.used += weight;
-        *outcome
+    pub fn one(&mut self, cell: usize, weight: f64) -> (usize, FilmOutcome) {
+        let cell = self.cell(cell);
+        // The next one, so that a path that comes back does not meet its own again.
+        let number = (cell.turn % cell.taken) as usize;
+        cell.turn = cell.turn.wrapping_add(1);
+        cell.used[number][0] += weight;
+        (number, cell.outcomes[number])
+    }
+
+    /// Has all outcomes of a cell together stand for a ray of this weight.
+    #[inline]
+    pub fn all(&mut self, cell: usize, weight: f64) {
+        let cell = self.cell(cell);
+        let each = weight / f64::from(cell.taken);
+        if let Some([_, last]) = cell.used.last_mut() {
+            *last += each;
+        }
+    }
+
+    /// An outcome of those that leave in one way, with its number and the weight of all of them per
+    /// weight that met the cell; `None` where there are none.
+    #[inline]
+    pub fn one_of(
+        &mut self,
+        cell: usize,
+        way: Way,
+        rng: &mut impl Rng,
+    ) -> Option<(usize, FilmOutcome, f64)> {
+        let cell = self.cell(cell);
+        let share = &cell.shares[way as usize];
+        let weight = share.weight / f64::from(cell.taken);
+        (share.weight > 0.0).then_some(())?;
+        loop {
+            // By chance, not in turn: the first ones are no better than others.
+            let count = share.members.len();
+            let turn = (random::unit(rng) * count as f64) as usize;
+            let number = share.members[turn.min(count - 1)] as usize;
+            let outcome = cell.outcomes[number];
+            // By its weight.
+            if outcome.weight >= share.most || random::unit(rng) * share.most < outcome.weight {
+                return Some((number, outcome, weight));
+            }
+        }
     }
 
     /// The polarisation of an outcome.
-    pub fn light(&self, cell: usize, turn: usize) -> Stokes {
-        self.cells[cell].light[turn]
+    pub fn light(&mut self, cell: usize, number: usize) -> Stokes {
+        self.cell(cell).light[number]
     }
 
     fn entries(&self, outcome: &FilmOutcome) -> &[Entry] {
@@ -183,9 +279,15 @@ impl Part {
 
     /// Shows entries with the weight that they stood for.
     pub fn book(&self, mut see: impl FnMut(&Entry, f64)) {
-        let outcomes = self.cells.iter().flat_map(|cell| &cell.outcomes);
-        for outcome in outcomes.filter(|outcome| outcome.used > 0.0) {
-            self.entries(outcome).iter().for_each(|entry| see(entry, outcome.used));
+        for cell in self.cells.iter().flatten() {
+            let mut together = 0.0;
+            for ([alone, last], outcome) in cell.used.iter().zip(&cell.outcomes).rev() {
+                together += last;
+                let weight = alone + together;
+                if weight > 0.0 {
+                    self.entries(outcome).iter().for_each(|entry| see(entry, weight));
+                }
+            }
         }
     }
 
@@ -194,10 +296,13 @@ impl Part {
         if !self.has_grown {
             return None;
         }
-        let is_carried = self.cells.iter().any(|cell| !cell.light.is_empty());
+        let filled = || {
+            let cells = self.cells.iter().enumerate();
+            cells.filter_map(|(number, cell)| Some((number, cell.as_deref()?)))
+        };
+        let is_carried = filled().any(|(_, cell)| !cell.light.is_empty());
         let mut bytes = vec![u8::from(is_carried)];
-        let filled = self.cells.iter().enumerate().filter(|(_, cell)| !cell.outcomes.is_empty());
-        for (number, cell) in filled {
+        for (number, cell) in filled() {
             bytes.extend((number as u32).to_le_bytes());
             bytes.extend((cell.outcomes.len() as u32).to_le_bytes());
             for (turn, outcome) in cell.outcomes.iter().enumerate() {
@@ -284,7 +389,6 @@ fn outcome(bytes: &[u8]) -> Option<(FilmOutcome, Option<Stokes>)> {
         place: Vec2::new(single(3)?, single(4)?),
         sin: single(5)?,
         entries: [0; 2],
-        used: 0.0,
     };
     let mut reals = bytes[43..].chunks_exact(8).map(double);
     let mut real = || reals.next().flatten();
@@ -299,22 +403,66 @@ fn outcome(bytes: &[u8]) -> Option<(FilmOutcome, Option<Stokes>)> {
 mod tests {
     use super::*;
 
+    fn outcome(z: f64, weight: f64) -> FilmOutcome {
+        let direction = DVec3::new((1.0 - z * z).sqrt(), 0.0, z);
+        let exit = Exit { direction, place: DVec2::ZERO, sin: 0.5 };
+        let course = if weight > 0.0 { Course::Turned } else { Course::Ended };
+        FilmOutcome::new(&exit, weight, 0, course)
+    }
+
     /// New outcomes come in order, and known ones are taken about equally often.
     #[test]
     fn visits_take_new_outcomes_in_order() {
         let mut part = Part::new(1);
         let mut uses: Vec<u32> = Vec::new();
-        for _ in 0..20 * ENOUGH {
-            let (turn, _) = part.next(0);
-            assert!(turn <= uses.len());
-            if turn == uses.len() {
+        for _ in 0..64 * ENOUGH {
+            if part.visit(0) {
+                assert_eq!(part.lacks(0), Some(uses.len() as u32));
+                part.put(0, outcome(0.5, 1.0), None, &[]);
+                part.take(0, false);
                 uses.push(0);
             }
-            uses[turn] += 1;
+            uses[part.one(0, 1.0).0] += 1;
         }
-        assert_eq!(uses.len(), ENOUGH as usize);
+        assert_eq!(uses.len(), PLENTY as usize);
         let most = uses.iter().copied().max().expect("some");
-        assert!(uses.iter().all(|count| *count > 0) && most <= 24, "{most}");
+        assert!(uses.iter().all(|count| *count > 0) && most <= 90, "{most}");
+    }
+
+    /// Of light that stands for all outcomes of a cell, ways have their shares, members are offered by
+    /// their weights, and what is booked has the weight of the light.
+    #[test]
+    fn shares_hold_all_light_of_a_cell() {
+        let mut rng = random::stream(7, 0);
+        let mut part = Part::new(3);
+        // Back twice, beyond twice, ended; each books what it does not send on.
+        let drawn = [(-0.5, 0.9), (-0.99, 0.25), (0.5, 0.1), (0.3, 0.3), (0.5, 0.0)];
+        for (z, weight) in drawn {
+            part.put(1, outcome(z, weight), None, &[(4, 1.0 - weight)]);
+            part.take(1, false);
+            part.all(1, 2.0);
+        }
+        part.one(1, 3.0);
+        let shares = Way::ALL.map(|way| part.one_of(1, way, &mut rng).expect("some").2);
+        for (share, expected) in shares.into_iter().zip([0.23, 0.08]) {
+            assert!((share - expected).abs() < 1e-12, "{share}");
+        }
+        let heavy = (0..4000).filter(|_| {
+            let (number, ..) = part.one_of(1, Way::Beyond, &mut rng).expect("two");
+            number == 3
+        });
+        let heavy = heavy.count() as f64;
+        assert!((heavy - 3000.0).abs() < 4.5 * (4000.0 * 0.75 * 0.25_f64).sqrt(), "{heavy}");
+        let mut booked = 0.0;
+        part.book(|(account, power), weight| {
+            assert_eq!(*account, 4);
+            booked += power * weight;
+        });
+        // The first k outcomes stand for the ray k together.
+        let left: Vec<f64> = drawn.iter().map(|(_, weight)| 1.0 - weight).collect();
+        let together = |k: usize| 2.0 * left[..k].iter().sum::<f64>() / k as f64;
+        let expected = (1..=5).map(together).sum::<f64>() + 3.0 * left[0];
+        assert!((booked - expected).abs() < 1e-12, "{booked}, {expected}");
     }
 
     #[test]

@@ -5,10 +5,11 @@ use glam::{DVec2, DVec3};
 
 use super::cells::{Cells, Turn};
 use super::layers::{LayerWalk, Layers, SAME};
-use super::part::{Course, Entry, Exit, FilmOutcome, MOST, Part};
+use super::part::{Course, Entry, Exit, FilmOutcome, MOST, Part, Way};
 use super::{Passage, StackBorder, TabulatedFilms};
 use crate::error::{Error, check};
 use crate::ledger::Ledger;
+use crate::optics::fresnel::refract;
 use crate::optics::polarisation::{Light, Polarisation, Stokes, Unpolarised};
 use crate::path::{PathState, Tracer};
 use crate::random::{self, PathStream, Streams};
@@ -23,6 +24,10 @@ const PROBES: u64 = 1024;
 const BEYOND: f64 = 1e-3;
 /// Group of the probes, which no group of paths has.
 const PROBING: u64 = u64::MAX;
+/// Weight below which chance ends light between films: what strong absorbers leave counts.
+const ROULETTE_BELOW: f64 = 0.01;
+/// Weight from which a path goes on in all ways in which outcomes leave.
+const SPLIT_FROM: f64 = 0.2;
 /// Added to the seed of a run.
 const SALT: u64 = 0x66_696c_6d73;
 
@@ -58,11 +63,14 @@ impl<'a> BoundStack<'a> {
         let count = table.scenes.len();
         let what = "number of wavelengths of tabulated films";
         check(what, count as f64, "one for each scene", count == scenes.len())?;
+        let settings_within = Settings { roulette_below: ROULETTE_BELOW, ..*settings };
         let tracers: Vec<Tracer<'_>> = table
             .scenes
             .iter()
             .enumerate()
-            .map(|(number, scene)| Tracer::new(scene, &[], settings).at(wavelengths, number))
+            .map(|(number, scene)| {
+                Tracer::new(scene, &[], &settings_within).at(wavelengths, number)
+            })
             .collect();
         let layers: Vec<Layers<'_>> = table.scenes.iter().map(Layers::new).collect();
         let own = &table.scenes[0].lines;
@@ -159,38 +167,100 @@ impl<'w, 'a> StackWalker<'w, 'a> {
     }
 
     /// Takes a path, whose ray begins where it meets the stack, beyond it; false if it ends there.
+    /// A path of some weight goes on in both ways that outcomes of its cell leave: back as the path
+    /// itself, on the other side as another, which `exits` gets. A weak path takes one outcome.
     pub fn pass<L: Light>(
         &mut self,
         path: &mut PathState,
         light: &mut L,
         rng: &mut PathStream,
+        exits: &mut Vec<(PathState, L)>,
     ) -> bool {
         let stack = self.stack;
-        let ray = path.ray;
-        let (mut cell, turn) = stack.cells.find(ray.direction);
+        if !L::CARRIED && self.mirrors(path, rng) {
+            return true;
+        }
+        let (mut cell, turn) = stack.cells.find(path.ray.direction);
         if stack.films.widened {
             cell = stack.cells.widened(cell, rng);
         }
         let is_p = L::CARRIED && {
-            let q = light.meet(ray.direction, DVec3::Z);
+            let q = light.meet(path.ray.direction, DVec3::Z);
             2.0 * random::unit(rng) >= 1.0 + q
         };
-        let slot = self.slot(path.wavelength, ray.direction.z < 0.0, is_p, cell);
-        let (number, is_new) = self.part.next(slot);
-        if is_new {
-            let (outcome, light, _) = self.draw::<L>(slot, number as u64);
-            self.part.put(slot, outcome, L::CARRIED.then_some(light), &self.booked);
+        let falls = path.ray.direction.z < 0.0;
+        let slot = self.slot(path.wavelength, falls, is_p, cell);
+        if self.part.visit(slot) {
+            if let Some(number) = self.part.lacks(slot) {
+                let (outcome, light, _) = self.draw::<L>(slot, u64::from(number));
+                self.part.put(slot, outcome, L::CARRIED.then_some(light), &self.booked);
+            }
+            self.part.take(slot, falls);
         }
-        let outcome = self.part.take(slot, number, path.weight);
-        path.weight *= outcome.weight;
+        if path.weight < SPLIT_FROM {
+            let (number, outcome) = self.part.one(slot, path.weight);
+            let weight = path.weight * outcome.weight;
+            return self.send(path, light, (slot, number), &outcome, (weight, &turn));
+        }
+        self.part.all(slot, path.weight);
+        let (arrived, arrived_light) = (*path, *light);
+        let mut goes_back = false;
+        for way in Way::ALL {
+            let Some((number, outcome, share)) = self.part.one_of(slot, way, rng) else { continue };
+            let weight = arrived.weight * share;
+            if way == Way::Back {
+                goes_back = self.send(path, light, (slot, number), &outcome, (weight, &turn));
+                continue;
+            }
+            let (mut exit, mut exit_light) = (arrived, arrived_light);
+            self.send(&mut exit, &mut exit_light, (slot, number), &outcome, (weight, &turn));
+            exits.push((exit, exit_light));
+        }
+        goes_back
+    }
+
+    /// Has a smooth outer face reflect a path, as chance will: by its own angle, since between it and
+    /// mirrors light keeps that.
+    fn mirrors(&self, path: &mut PathState, rng: &mut PathStream) -> bool {
+        let stack = self.stack;
+        let (direction, number) = (path.ray.direction, usize::from(path.wavelength));
+        let falls = direction.z < 0.0;
+        let layers = &stack.layers[number];
+        let Some([n1, n2]) = layers.smooth_outer_face(falls) else { return false };
+        let towards = if falls { DVec3::Z } else { DVec3::NEG_Z };
+        let reflectance =
+            refract(direction, towards, n1, n2).map_or(1.0, |(reflectance, _)| reflectance);
+        if random::unit(rng) >= reflectance {
+            return false;
+        }
+        let ends = stack.films.table.ends_mm();
+        path.ray.origin.z = if falls { ends[1] + stack.offset } else { ends[0] - stack.offset };
+        path.ray.direction.z = -direction.z;
+        path.left = None;
+        path.history.bounces = path.history.bounces.saturating_add(1);
+        path.history.at = path.ray.origin.truncate().to_array();
+        true
+    }
+
+    /// Sends a path on as an outcome says, with this weight; false if it ends.
+    fn send<L: Light>(
+        &mut self,
+        path: &mut PathState,
+        light: &mut L,
+        (slot, number): (usize, usize),
+        outcome: &FilmOutcome,
+        (weight, turn): (f64, &Turn),
+    ) -> bool {
+        let stack = self.stack;
+        path.weight = weight;
         path.wavelength = outcome.wavelength;
         path.history.bounces = path.history.bounces.saturating_add(outcome.bounces);
         path.history.line = stack.lines.get(outcome.line as usize).copied().unwrap_or(outcome.line);
         if outcome.course == Course::Ended {
             return false;
         }
-        let exit = Exit::of(&outcome, &ray, &turn);
-        let of_light = L::CARRIED.then(|| turned(self.part.light(slot, number), &turn));
+        let exit = Exit::of(outcome, &path.ray, turn);
+        let of_light = L::CARRIED.then(|| turned(self.part.light(slot, number), turn));
         stack.place(path, light, (exit, of_light));
         true
     }

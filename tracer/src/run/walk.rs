@@ -14,14 +14,32 @@ pub(super) trait Walker<L: Light> {
     /// Path `number`, at its source.
     fn begin(&mut self, number: u64, rng: &mut PathStream) -> PathState;
 
-    /// Follows a path until it has met `surfaces` surfaces; true if it has ended, and all of its
-    /// power is booked.
+    /// Follows a path until it has met `surfaces` surfaces; true if it has ended. What has left a film
+    /// stack in other ways is followed to its end.
     fn walk_to(
         &mut self,
         path: &mut PathState,
         light: &mut L,
         rng: &mut PathStream,
         surfaces: u32,
+    ) -> bool {
+        let mut exits = Vec::new();
+        let is_over = self.walk_one_to(path, light, rng, surfaces, &mut exits);
+        while let Some((mut path, mut light)) = exits.pop() {
+            self.walk_one_to(&mut path, &mut light, rng, u32::MAX, &mut exits);
+        }
+        is_over
+    }
+
+    /// Follows a path until it has met `surfaces` surfaces; true if it has ended, and all of its
+    /// power but that of `exits` is booked.
+    fn walk_one_to(
+        &mut self,
+        path: &mut PathState,
+        light: &mut L,
+        rng: &mut PathStream,
+        surfaces: u32,
+        exits: &mut Vec<(PathState, L)>,
     ) -> bool;
 }
 
@@ -40,14 +58,15 @@ fn follow<L: Light, O: Observer>(
     (path, if is_over { Stop::Over } else { Stop::Long })
 }
 
-/// Takes a path beyond a film stack; false if it ends there.
+/// Takes a path beyond a film stack, see [`StackWalker::pass`]; false if it ends there.
 fn passes<L: Light>(
     films: &mut Option<StackWalker<'_, '_>>,
     path: &mut PathState,
     light: &mut L,
     rng: &mut PathStream,
+    exits: &mut Vec<(PathState, L)>,
 ) -> bool {
-    films.as_mut().is_some_and(|films| films.pass(path, light, rng))
+    films.as_mut().is_some_and(|films| films.pass(path, light, rng, exits))
 }
 
 /// Paths through one scene.
@@ -68,12 +87,13 @@ impl<L: Light, O: Observer> Walker<L> for SceneWalker<'_, '_, O> {
     }
 
     #[inline]
-    fn walk_to(
+    fn walk_one_to(
         &mut self,
         path: &mut PathState,
         light: &mut L,
         rng: &mut PathStream,
         surfaces: u32,
+        exits: &mut Vec<(PathState, L)>,
     ) -> bool {
         loop {
             let Self { tracer, tally, films, observer, .. } = self;
@@ -85,7 +105,7 @@ impl<L: Light, O: Observer> Walker<L> for SceneWalker<'_, '_, O> {
             if stop != Stop::AtFilms {
                 return stop == Stop::Over;
             }
-            if !passes(films, path, light, rng) {
+            if !passes(films, path, light, rng, exits) {
                 return true;
             }
         }
@@ -114,12 +134,13 @@ impl<L: Light, O: Observer> Walker<L> for SpectralWalker<'_, '_, O> {
         self.tracers[wavelength].begin(ray, (source, placed), tally, self.observer)
     }
 
-    fn walk_to(
+    fn walk_one_to(
         &mut self,
         path: &mut PathState,
         light: &mut L,
         rng: &mut PathStream,
         surfaces: u32,
+        exits: &mut Vec<(PathState, L)>,
     ) -> bool {
         loop {
             let wavelength = path.wavelength;
@@ -130,7 +151,7 @@ impl<L: Light, O: Observer> Walker<L> for SpectralWalker<'_, '_, O> {
             let stop;
             (*path, stop) = follow(walk, surfaces, self.films.as_ref());
             match stop {
-                Stop::AtFilms if passes(&mut self.films, path, light, rng) => {}
+                Stop::AtFilms if passes(&mut self.films, path, light, rng, exits) => {}
                 Stop::AtFilms => return true,
                 _ if path.wavelength == wavelength => return stop == Stop::Over,
                 Stop::Over | Stop::Long => {}

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::Context as _;
 use bsdf::direction::Frame;
 use bsdf::ray_optics::{Outline, UnitCell};
-use bsdf::{DiffuseLobe, Diffuser};
+use bsdf::{DiffuseLaw, DiffuseLobe, Diffuser};
 use serde::Serialize;
 use tracer::glam::DVec3;
 use tracer::{Region, Shape, SurfaceModel};
@@ -78,6 +78,11 @@ pub(crate) struct CheckedSurface {
     /// Upper and lower face, where they are not as the others.
     pub(crate) faces: [Option<SolidOptics>; 2],
 }
+
+/// Optical depth of a film that leaves a hundredth of light on its way through it and back unscattered.
+const SCATTERED: f64 = 2.3;
+/// Optical depth times 1 - g of a film that turns most of it far beyond a cell of incidence.
+const TURNED: f64 = 0.5;
 
 /// Optical surface of a solid.
 #[derive(Debug)]
@@ -274,6 +279,24 @@ impl CheckedSolid {
             | SolidOptics::File { .. } => true,
             _ => false,
         }
+    }
+
+    /// True of a film that leaves hardly any light that goes through it and back its direction.
+    pub fn diffuses(&self) -> bool {
+        let is_lambertian = |optics: &SolidOptics| {
+            let law = DiffuseLaw::Lambertian;
+            matches!(optics, SolidOptics::Diffusing { transmission, reflection }
+                if transmission.law == law && reflection.law == law)
+        };
+        let (Some(([low, high], _)), Some(medium)) = (self.film_mm(), &self.medium) else {
+            return false;
+        };
+        let is_turbid = medium.scattering.as_ref().is_some_and(|scattering| {
+            let depth = scattering.per_mm * (high - low);
+            let g = scattering.optics.phase.mean_cosine();
+            depth >= SCATTERED && depth * (1.0 - g) >= TURNED
+        });
+        is_turbid || self.surface.faces.iter().flatten().any(is_lambertian)
     }
 
     /// The directions in which each of its surfaces is the same.
