@@ -29,6 +29,9 @@ const SAME_MM: f64 = 1e-6;
 /// Directions that differ by less are equal, degrees.
 const SAME_DEG: f64 = 1e-9;
 
+/// Half the angle of cones into which light is followed as a share of its own, at most, degrees.
+const NARROW_DEG: f64 = 30.0;
+
 /// Treatment of the films of a design.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FilmTreatment {
@@ -301,6 +304,7 @@ impl FilmStack {
             symmetry: self.symmetry,
             half_mm: self.size_mm.map(|length| 0.5 * length),
             borders: self.borders,
+            seen_sin2: seen_sin2(&designs[0], high),
         })
     }
 
@@ -330,6 +334,21 @@ impl FilmStack {
             "program": program_sha256()?,
         }))
     }
+}
+
+/// Sine squared of the half angle of the widest narrow cone about z that a receiver above the films looks
+/// into; 0 without one.
+fn seen_sin2(design: &Design, high_mm: f64) -> f64 {
+    let cones = design.receivers.iter().filter_map(|receiver| {
+        let Measurement::Luminance(at, angles) = &receiver.detector.measurement else {
+            return None;
+        };
+        let is_above = at.axes()[2].z > 0.5 && at.bounds().low.z > high_mm - SAME_MM;
+        let end_deg = angles.theta_edges_deg().last().copied()?;
+        let is_narrow = !angles.has_view() && end_deg <= NARROW_DEG;
+        (is_above && is_narrow).then(|| end_deg.to_radians().sin().powi(2))
+    });
+    cones.fold(0.0, f64::max)
 }
 
 /// A height over the lowest face without the rounding of sums, mm.

@@ -71,6 +71,9 @@ pub struct FilmTable {
     pub half_mm: [f64; 2],
     /// What ends them there.
     pub borders: [StackBorder; 2],
+    /// Sine squared of the half angle of a cone about z that receivers above look into, 0 without one:
+    /// light into it is followed as a share of its own.
+    pub seen_sin2: f64,
 }
 
 /// A table as a run uses it.

@@ -89,10 +89,12 @@ pub(super) enum Way {
     Back,
     /// On the other side.
     Beyond,
+    /// There too, in the cone that receivers look into.
+    Seen,
 }
 
 impl Way {
-    pub const ALL: [Self; 2] = [Self::Back, Self::Beyond];
+    pub const ALL: [Self; 3] = [Self::Back, Self::Beyond, Self::Seen];
 }
 
 /// Outcomes of a cell that leave in one way.
@@ -115,7 +117,7 @@ struct Cell {
     taken: u32,
     /// Those of them that have been offered one by one.
     turn: u32,
-    shares: [Share; 2],
+    shares: [Share; 3],
     /// Weight of rays that each outcome taken has stood for, alone and as the last of those that
     /// stood for rays together.
     used: Vec<[f64; 2]>,
@@ -151,7 +153,7 @@ const BYTES: [usize; 2] = [47 + 48, 47];
 
 impl Cell {
     /// See [`Part::take`].
-    fn take(&mut self, falls: bool) {
+    fn take(&mut self, falls: bool, seen_sin2: f64) {
         let number = self.taken;
         let outcome = &self.outcomes[number as usize];
         self.taken += 1;
@@ -159,8 +161,14 @@ impl Cell {
         if outcome.course == Course::Ended {
             return;
         }
-        let is_beyond = (outcome.direction.z < 0.0) == falls;
-        let way = if is_beyond { Way::Beyond } else { Way::Back };
+        let Vec3 { x, y, z } = outcome.direction;
+        let way = if (z < 0.0) != falls {
+            Way::Back
+        } else if !falls && f64::from(x * x + y * y) < seen_sin2 {
+            Way::Seen
+        } else {
+            Way::Beyond
+        };
         let share = &mut self.shares[way as usize];
         share.members.push(number);
         share.weight += outcome.weight;
@@ -197,11 +205,12 @@ impl Part {
         (cell.taken as usize >= cell.outcomes.len()).then_some(cell.taken)
     }
 
-    /// Has the run take the next outcome of a cell, of light that falls or rises.
+    /// Has the run take the next outcome of a cell, of light that falls or rises; one that leaves upwards
+    /// is seen below this sine squared of its angle.
     #[inline]
-    pub fn take(&mut self, cell: usize, falls: bool) {
+    pub fn take(&mut self, cell: usize, falls: bool, seen_sin2: f64) {
         self.taken += 1;
-        self.cell(cell).take(falls);
+        self.cell(cell).take(falls, seen_sin2);
     }
 
     /// Puts the next outcome into a cell.
@@ -419,7 +428,7 @@ mod tests {
             if part.visit(0) {
                 assert_eq!(part.lacks(0), Some(uses.len() as u32));
                 part.put(0, outcome(0.5, 1.0), None, &[]);
-                part.take(0, false);
+                part.take(0, false, 0.0);
                 uses.push(0);
             }
             uses[part.one(0, 1.0).0] += 1;
@@ -435,16 +444,16 @@ mod tests {
     fn shares_hold_all_light_of_a_cell() {
         let mut rng = random::stream(7, 0);
         let mut part = Part::new(3);
-        // Back twice, beyond twice, ended; each books what it does not send on.
-        let drawn = [(-0.5, 0.9), (-0.99, 0.25), (0.5, 0.1), (0.3, 0.3), (0.5, 0.0)];
+        // Back, seen, beyond twice, ended; each books what it does not send on.
+        let drawn = [(-0.5, 0.9), (0.99, 0.25), (0.5, 0.1), (0.3, 0.3), (0.5, 0.0)];
         for (z, weight) in drawn {
             part.put(1, outcome(z, weight), None, &[(4, 1.0 - weight)]);
-            part.take(1, false);
+            part.take(1, false, 0.5);
             part.all(1, 2.0);
         }
         part.one(1, 3.0);
         let shares = Way::ALL.map(|way| part.one_of(1, way, &mut rng).expect("some").2);
-        for (share, expected) in shares.into_iter().zip([0.23, 0.08]) {
+        for (share, expected) in shares.into_iter().zip([0.18, 0.08, 0.05]) {
             assert!((share - expected).abs() < 1e-12, "{share}");
         }
         let heavy = (0..4000).filter(|_| {

@@ -167,8 +167,8 @@ impl<'w, 'a> StackWalker<'w, 'a> {
     }
 
     /// Takes a path, whose ray begins where it meets the stack, beyond it; false if it ends there.
-    /// A path of some weight goes on in both ways that outcomes of its cell leave: back as the path
-    /// itself, on the other side as another, which `exits` gets. A weak path takes one outcome.
+    /// A path of some weight goes on in all ways that outcomes of its cell leave: back as the path
+    /// itself, on the other side as others, which `exits` gets. A weak path takes one outcome.
     pub fn pass<L: Light>(
         &mut self,
         path: &mut PathState,
@@ -195,7 +195,7 @@ impl<'w, 'a> StackWalker<'w, 'a> {
                 let (outcome, light, _) = self.draw::<L>(slot, u64::from(number));
                 self.part.put(slot, outcome, L::CARRIED.then_some(light), &self.booked);
             }
-            self.part.take(slot, falls);
+            self.part.take(slot, falls, stack.films.table.seen_sin2);
         }
         if path.weight < SPLIT_FROM {
             let (number, outcome) = self.part.one(slot, path.weight);

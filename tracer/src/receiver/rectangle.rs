@@ -107,7 +107,7 @@ impl DetectorRectangle {
     }
 
     /// Unit vectors along u, v and the normal.
-    pub(super) fn axes(&self) -> [DVec3; 3] {
+    pub fn axes(&self) -> [DVec3; 3] {
         let (axes, sign) = self.facing.axes();
         let [u, v, n] = axes.map(|axis| DVec3::AXES[axis]);
         [u, v, n * sign]
