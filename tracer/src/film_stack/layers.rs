@@ -2,8 +2,8 @@
 //! Light on its way through films that have no ends: the walker of [`crate::path`] where the next
 //! surface is known, the face above or the face below.
 //!
-//! Regions are counted upwards, the space below as 0, the first film as 1, the gap over it as 2; face
-//! k lies between region k and region k + 1.
+//! Spaces are counted upwards: the air below as 0, then films, and the air between those that are not
+//! in contact. Face k lies between space k and space k + 1.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -17,25 +17,48 @@ use crate::ray::Ray;
 use crate::receiver::{PathHistory, Tally};
 use crate::scatter::scatter;
 use crate::scene::{CompiledMedium, CompiledPatch, CompiledSurface, Hit, Scene};
+use crate::surface::Region;
 
 /// Components of a direction that differ by less are equal.
 pub(super) const SAME: f64 = 1e-9;
-/// Faces of a box, by primitive and patch.
+/// Faces of a box and a plane, by primitive and patch.
 const BOTTOM: (u32, u32) = (4, 2);
 const TOP: (u32, u32) = (5, 1);
+const PLANE: (u32, u32) = (0, 0);
 
-/// A film at one wavelength.
-struct Layer<'a> {
+/// A face between two spaces.
+struct Face<'a> {
     surface: &'a CompiledSurface,
+    primitive: u32,
+    patch: &'a CompiledPatch,
+    normal: DVec3,
+    /// Height, mm.
+    z: f64,
+}
+
+impl<'a> Face<'a> {
+    fn new(
+        surface: &'a CompiledSurface,
+        (primitive, patch): (u32, u32),
+        normal: DVec3,
+        z: f64,
+    ) -> Self {
+        Self { surface, primitive, patch: &surface.patches[patch as usize], normal, z }
+    }
+}
+
+/// A film, or air.
+struct Space<'a> {
     medium: &'a CompiledMedium,
+    /// The number of the gap, of air over a film.
+    gap: Option<usize>,
 }
 
 /// The films of a stack at one wavelength.
 pub(super) struct Layers<'a> {
-    films: Vec<Layer<'a>>,
-    air: &'a CompiledMedium,
-    /// Heights of all faces, mm.
-    faces: Vec<f64>,
+    spaces: Vec<Space<'a>>,
+    faces: Vec<Face<'a>>,
+    films: usize,
 }
 
 /// Light between two faces.
@@ -43,7 +66,7 @@ pub(super) struct Layers<'a> {
 struct Traveller {
     at: DVec3,
     direction: DVec3,
-    region: usize,
+    space: usize,
     weight: f64,
     scatterings: u32,
     wavelength: u16,
@@ -52,31 +75,41 @@ struct Traveller {
 }
 
 impl<'a> Layers<'a> {
-    /// The films of a scene that has nothing else.
+    /// The films of a scene that has nothing else: boxes, the lowest first, and planes between those in
+    /// contact.
     pub fn new(scene: &'a Scene) -> Self {
         let body = &scene.bodies[0];
-        let mut films: Vec<Layer<'_>> = body
-            .surfaces
-            .iter()
-            .zip(&body.media)
-            .map(|(surface, medium)| Layer { surface, medium })
-            .collect();
-        let ends = |film: &Layer<'_>| {
-            let bounds = film.surface.shape.bounds();
-            [bounds.low.z, bounds.high.z]
-        };
-        films.sort_by(|a, b| ends(a)[0].total_cmp(&ends(b)[0]));
-        let faces = films.iter().flat_map(ends).collect();
-        Self { films, air: &scene.world, faces }
+        let (films, contacts): (Vec<_>, Vec<_>) =
+            body.surfaces.iter().partition(|surface| surface.regions[1] == Region::World);
+        let air = |gap: Option<usize>| Space { medium: &scene.world, gap };
+        let (mut spaces, mut faces): (Vec<Space<'_>>, Vec<Face<'_>>) =
+            (vec![air(None)], Vec::new());
+        for (number, (film, medium)) in films.iter().zip(&body.media).enumerate() {
+            let (low, high) = (film.shape.bounds().low.z, film.shape.bounds().high.z);
+            let contact = contacts.iter().find(|contact| {
+                let below = number.checked_sub(1).map(|below| films[below].regions[0]);
+                let joins = |region: Region| contact.regions.contains(&region);
+                below.is_some_and(joins) && joins(film.regions[0])
+            });
+            if let Some(contact) = contact {
+                spaces.pop();
+                faces.pop();
+                let is_of_film = contact.regions[0] == film.regions[0];
+                let normal = if is_of_film { DVec3::NEG_Z } else { DVec3::Z };
+                faces.push(Face::new(contact, PLANE, normal, low));
+            } else {
+                faces.push(Face::new(film, BOTTOM, DVec3::NEG_Z, low));
+            }
+            spaces.push(Space { medium, gap: None });
+            faces.push(Face::new(film, TOP, DVec3::Z, high));
+            spaces.push(air(Some(number)));
+        }
+        Self { spaces, faces, films: films.len() }
     }
 
-    /// Number of gaps between films.
+    /// Number of films but one: of gaps, with those that contact closes.
     pub fn gaps(&self) -> usize {
-        self.films.len() - 1
-    }
-
-    fn medium(&self, region: usize) -> &'a CompiledMedium {
-        if region % 2 == 1 { self.films[region / 2].medium } else { self.air }
+        self.films - 1
     }
 }
 
@@ -103,11 +136,11 @@ impl LayerWalk<'_, '_, '_> {
     ) -> (FilmOutcome, f64) {
         let faces = self.layers[0].faces.len();
         let falls = direction.z < 0.0;
-        let (mut face, region) = if falls { (faces - 1, faces) } else { (0, 0) };
+        let (mut face, space) = if falls { (faces - 1, faces) } else { (0, 0) };
         let mut ray = Traveller {
             at: DVec3::ZERO,
             direction,
-            region,
+            space,
             weight: 1.0,
             scatterings: 0,
             wavelength,
@@ -119,7 +152,7 @@ impl LayerWalk<'_, '_, '_> {
             if surface.is_none() {
                 break false;
             }
-            if ray.region == 0 || ray.region == faces {
+            if ray.space == 0 || ray.space == faces {
                 break true;
             }
             match self.travel(&mut ray, light, rng) {
@@ -165,11 +198,9 @@ impl LayerWalk<'_, '_, '_> {
             tally.lose(Loss::Bounces, ray.weight);
             return None;
         }
-        let surface = layers.films[face / 2].surface;
-        let ((primitive, patch), normal) =
-            if face.is_multiple_of(2) { (BOTTOM, DVec3::NEG_Z) } else { (TOP, DVec3::Z) };
+        let Face { surface, primitive, patch, normal, .. } = layers.faces[face];
         let side = if ray.direction.z * normal.z < 0.0 { Side::Outer } else { Side::Inner };
-        let CompiledPatch { optics, line } = &surface.patches[patch as usize];
+        let CompiledPatch { optics, line } = patch;
         let hit = Hit { distance: 0.0, surface, primitive, side, instance: Some(0) };
         let event = scatter(&hit, optics, ray.direction, ray.at, normal, light, rng);
         let sides = [side, event.side];
@@ -184,8 +215,8 @@ impl LayerWalk<'_, '_, '_> {
             return None;
         }
         ray.direction = event.direction;
-        let is_above = (face % 2 == 1) == (event.side == Side::Outer);
-        ray.region = face + usize::from(is_above);
+        let is_above = (normal.z > 0.0) == (event.side == Side::Outer);
+        ray.space = face + usize::from(is_above);
         Some(())
     }
 
@@ -201,10 +232,10 @@ impl LayerWalk<'_, '_, '_> {
             let number = usize::from(ray.wavelength);
             let (layers, tracer) = (&self.layers[number], &self.tracers[number]);
             let tally = &mut self.tallies[number];
-            let medium = layers.medium(ray.region);
+            let Space { medium, gap } = layers.spaces[ray.space];
             let rises = ray.direction.z > 0.0;
-            let face = if rises { ray.region } else { ray.region - 1 };
-            let length = (layers.faces[face] - ray.at.z) / ray.direction.z;
+            let face = if rises { ray.space } else { ray.space - 1 };
+            let length = (layers.faces[face].z - ray.at.z) / ray.direction.z;
             if !length.is_finite() {
                 tally.lose(Loss::Leak, ray.weight);
                 return None;
@@ -239,11 +270,11 @@ impl LayerWalk<'_, '_, '_> {
                     return None;
                 }
             }
-            if ray.region.is_multiple_of(2) {
-                self.passed[number][ray.region / 2 - 1][usize::from(!rises)] += ray.weight;
+            if let Some(gap) = gap {
+                self.passed[number][gap][usize::from(!rises)] += ray.weight;
             }
             ray.at += ray.direction * length;
-            ray.at.z = layers.faces[face];
+            ray.at.z = layers.faces[face].z;
             ray.reach2 = ray.reach2.max(ray.at.truncate().length_squared());
             return Some(face);
         }

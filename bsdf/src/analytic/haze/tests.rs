@@ -25,10 +25,11 @@ fn haze_is_the_share_beyond_the_angle() {
     for (haze, width) in [(0.5, 20.0), (0.9, 60.0), (0.02, 3.0), (0.3, 180.0)] {
         let face = face(haze, width, 1.5);
         let wi = -DVec3::Z;
-        let step = 2e-5;
-        let beyond: f64 = (0..)
-            .map(|k| HAZE_DEG.to_radians() + step * (f64::from(k) + 0.5))
-            .take_while(|theta| *theta < 0.5 * std::f64::consts::PI)
+        let from = HAZE_DEG.to_radians();
+        let count = 20_000;
+        let step = (0.5 * std::f64::consts::PI - from) / f64::from(count);
+        let beyond: f64 = (0..count)
+            .map(|k| from + step * (f64::from(k) + 0.5))
             .map(|theta| {
                 let lobe = Lobe { transport: Transport::Transmission, kind: LobeKind::Gaussian };
                 let sample = BsdfSample { wo: spherical(theta, 1.0), weight: 1.0, lobe };
