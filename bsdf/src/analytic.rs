@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! BSDFs in closed form: smooth interface, mirror, Lambertian, diffusers, polariser.
+//! BSDFs in closed form: smooth interface, mirror, Lambertian, diffusers, haze, polariser.
 //!
 //! In: refractive indices or a reflectance. Out: a [`Bsdf`]. Fresnel's formulas give the
 //! reflectance of a smooth interface; only cosines appear, and total reflection is a separate case.
@@ -10,9 +10,11 @@
 //! \[Born 1999\] M. Born, E. Wolf, *Principles of Optics*, 7th edition, Cambridge University Press.
 
 mod diffuser;
+mod haze;
 mod polariser;
 
 pub use diffuser::{DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe};
+pub use haze::{HAZE_DEG, HazyFace};
 pub use polariser::{AxisShares, Polariser, linear};
 
 use crate::bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, Transport};

@@ -14,6 +14,7 @@
 //! | [`MeasuredBsdf`] | tables on cells of direction, from files of Zemax, LightTools, WINDOW and Radiance |
 //! | [`SmoothInterface`], [`Mirror`], [`Lambertian`] | closed forms |
 //! | [`Diffuser`] | stated shares by the cosine law or in Gaussian lobes |
+//! | [`HazyFace`] | stated haze: light straight on and in a Gaussian lobe |
 //! | [`Polariser`] | sheets with shares of two axes by the angle |
 //!
 //! [`native`] reads and writes files of tables, and [`validate`] checks energy, reciprocity and
@@ -82,8 +83,8 @@ mod tests;
 pub mod validate;
 
 pub use analytic::{
-    AxisShares, DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe, Lambertian, Mirror, Polariser,
-    SmoothInterface,
+    AxisShares, DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe, HAZE_DEG, HazyFace, Lambertian,
+    Mirror, Polariser, SmoothInterface,
 };
 pub use bsdf::{
     Albedo, Bsdf, BsdfSample, GAIN_TOLERANCE, Lobe, LobeKind, OutgoingLobe, Polarisation,

@@ -39,6 +39,11 @@ fn sheet(name: &str, z_mm: f64, keys: &str) -> String {
     )
 }
 
+/// A filter in air.
+fn filter(keys: &str) -> String {
+    sheet("film", 1.0, keys).replace("polariser", "filter")
+}
+
 /// A sheet that absorbs what it does not pass.
 fn absorbing(name: &str, z_mm: f64, axis_deg: f64) -> String {
     sheet(name, z_mm, &format!("axis_deg = {axis_deg:?}, pass = {{ transmittance = 1.0 }}"))
@@ -71,9 +76,8 @@ fn unpolarised_light_sees_the_mean_of_both_axes() {
     close("through", account(&seen, "escaped_up"), 0.46);
     close("absorbed", account(&seen, "absorbed_by_film"), 0.05);
     // Two numbers for unpolarised light say the same, without polarised light.
-    let keys = "transmittance = 0.46, reflectance = 0.49";
     let plain = EMITTER.replace(", polarization = \"carried\"", "");
-    let seen = trace(&format!("{plain}{}", sheet("film", 1.0, keys)));
+    let seen = trace(&format!("{plain}{}", filter("transmittance = 0.46, reflectance = 0.49")));
     close("through", account(&seen, "escaped_up"), 0.46);
     close("absorbed", account(&seen, "absorbed_by_film"), 0.05);
     // The mean over Lambert's law of what falls from 0.8 to 0 along straight lines in the angle:
@@ -132,27 +136,28 @@ fn a_sheet_selects_p_at_brewsters_angle() {
 
 #[test]
 fn what_a_sheet_returns_gains_over_white_and_not_over_a_mirror() {
-    let over = |kind: &str, reflectance: f64, keys: &str| {
+    let over = |kind: &str, reflectance: f64, film: &str| {
         let floor = format!("\"{kind}\", reflectance = {reflectance:?}, extent");
         let of_box = format!("reflectance = {reflectance:?}, reflection = \"{kind}\"");
         let text = EMITTER.replace("\"absorbing\", extent", &floor);
         let text = text.replace("reflectance = 0.0, reflection = \"absorbing\"", &of_box);
         // Light comes back often: few paths take long.
-        let seen = trace_paths(&format!("{text}{}", sheet("film", 1.0, keys)), PATHS / 4);
+        let seen = trace_paths(&format!("{text}{film}"), PATHS / 4);
         account(&seen, "escaped_up")
     };
     for reflectance in [0.5, 0.95] {
         let closed = 0.5 / (1.0 - 0.5 * reflectance);
-        close("white", over("lambertian", reflectance, IDEAL), closed);
+        let ideal = sheet("film", 1.0, IDEAL);
+        close("white", over("lambertian", reflectance, &ideal), closed);
         // A mirror sends back what the sheet has refused, in the same polarisation.
-        close("mirror", over("specular", reflectance, IDEAL), 0.5);
+        close("mirror", over("specular", reflectance, &ideal), 0.5);
     }
     let real = "axis_deg = 33.0, pass = { transmittance = 0.9, reflectance = 0.06 }, \
                 block = { transmittance = 0.03, reflectance = 0.95 }";
-    close("real", over("lambertian", 0.9, real), 0.465 / (1.0 - 0.505 * 0.9));
+    close("real", over("lambertian", 0.9, &sheet("film", 1.0, real)), 0.465 / (1.0 - 0.505 * 0.9));
     // Two numbers hold at every pass.
-    let two = "transmittance = 0.465, reflectance = 0.505";
-    close("two numbers", over("lambertian", 0.9, two), 0.465 / (1.0 - 0.505 * 0.9));
+    let two = filter("transmittance = 0.465, reflectance = 0.505");
+    close("two numbers", over("lambertian", 0.9, &two), 0.465 / (1.0 - 0.505 * 0.9));
 }
 
 /// A film between two sheets in the same direction: one that scatters, or of a medium that does,

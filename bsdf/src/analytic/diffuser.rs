@@ -74,9 +74,16 @@ impl GaussianLobe {
         if !(min..=max).contains(&width_deg) {
             return Err(Error::Width { min, max, value: width_deg });
         }
+        Ok(Self::of_width(width_deg))
+    }
+
+    fn of_width(width_deg: f64) -> Self {
         let sigma = 0.5 * width_deg.to_radians() / (2.0 * LN_2).sqrt();
-        let variance = sigma * sigma;
-        Ok(Self { variance, below_zero: (-2.0 / variance).exp_m1() })
+        Self::of_variance(sigma * sigma)
+    }
+
+    fn of_variance(variance: f64) -> Self {
+        Self { variance, below_zero: (-2.0 / variance).exp_m1() }
     }
 
     /// Standard deviation σ, radians.
@@ -85,9 +92,39 @@ impl GaussianLobe {
         self.variance.sqrt()
     }
 
+    /// The lobe with this factor on its width.
+    #[must_use]
+    pub fn scaled(self, factor: f64) -> Self {
+        Self::of_variance(self.variance * factor * factor)
+    }
+
+    /// Share of its power, about the normal, beyond an angle in degrees.
+    #[must_use]
+    pub fn share_beyond(self, angle_deg: f64) -> f64 {
+        let end = (TAIL * self.standard_deviation()).min(FRAC_PI_2);
+        let beyond = double_exponential(angle_deg.to_radians(), end, |alpha| self.circle(alpha));
+        (beyond / self.integral(1.0)).min(1.0)
+    }
+
+    /// The lobe that has this share of its power beyond an angle in degrees; the widest one, if even
+    /// that has less.
+    #[must_use]
+    pub fn with_share_beyond(angle_deg: f64, share: f64) -> Self {
+        let [min, max] = Self::WIDTHS_DEG.map(Self::of_width);
+        // The share grows with the width; sixty halvings are below rounding.
+        let (mut low, mut factor) = (min, (max.variance / min.variance).sqrt());
+        for _ in 0..60 {
+            factor = factor.sqrt();
+            if low.scaled(factor).share_beyond(angle_deg) < share {
+                low = low.scaled(factor);
+            }
+        }
+        low
+    }
+
     /// Draws a direction above the surface on `side` about `axis`, a unit vector that does not
     /// point below it.
-    fn sample(self, axis: DVec3, side: Side, rng: &mut dyn rand::Rng) -> DVec3 {
+    pub(super) fn sample(self, axis: DVec3, side: Side, rng: &mut dyn rand::Rng) -> DVec3 {
         let (u, v) = axis.any_orthonormal_pair();
         for _ in 0..MAX_DRAWS {
             // 1 - cos α is exponential with mean σ², cut off at 2.
@@ -108,7 +145,7 @@ impl GaussianLobe {
     }
 
     /// Density of [`GaussianLobe::sample`] in the direction `wo`, 1/sr; 0 below the surface.
-    fn pdf(self, axis: DVec3, side: Side, wo: DVec3) -> f64 {
+    pub(super) fn pdf(self, axis: DVec3, side: Side, wo: DVec3) -> f64 {
         if wo.z * side.sign() <= 0.0 {
             return 0.0;
         }
@@ -119,6 +156,11 @@ impl GaussianLobe {
     /// exp(-α²/(2σ²)).
     fn gaussian(self, alpha: f64) -> f64 {
         (-0.5 * alpha * alpha / self.variance).exp()
+    }
+
+    /// The Gaussian over the circle of all directions at an angle to the axis.
+    fn circle(self, alpha: f64) -> f64 {
+        TAU * self.gaussian(alpha) * alpha.sin()
     }
 
     /// N: the integral of the Gaussian over the hemisphere, for an axis of cosine `cos_axis` to the
@@ -133,7 +175,7 @@ impl GaussianLobe {
         let tail = TAIL * self.standard_deviation();
         let whole = (FRAC_PI_2 - theta).min(tail);
         let cut = (FRAC_PI_2 + theta).min(tail);
-        let circle = |alpha: f64| TAU * self.gaussian(alpha) * alpha.sin();
+        let circle = |alpha: f64| self.circle(alpha);
         let part = |alpha: f64| {
             let edge = -alpha.cos() * cos / (alpha.sin() * sin);
             edge.clamp(-1.0, 1.0).acos() / PI
@@ -185,6 +227,16 @@ pub struct Diffuser {
     smooth: SmoothInterface,
 }
 
+/// Refuses shares, reflected and transmitted, that are none or more than all.
+pub(super) fn check_shares([reflected, transmitted]: [f64; 2]) -> Result<(), Error> {
+    Error::check_fraction("reflected share of a diffuser", reflected)?;
+    Error::check_fraction("transmitted share of a diffuser", transmitted)?;
+    if reflected + transmitted > 1.0 + ROUNDING {
+        return Err(Error::Shares { reflected, transmitted });
+    }
+    Ok(())
+}
+
 /// One lobe at one incidence.
 struct LobeAtIncidence {
     transport: Transport,
@@ -233,14 +285,7 @@ impl Diffuser {
         transmission: DiffuseLobe,
         [inner, outer]: [f64; 2],
     ) -> Result<Self, Error> {
-        Error::check_fraction("reflected share of a diffuser", reflection.share)?;
-        Error::check_fraction("transmitted share of a diffuser", transmission.share)?;
-        if reflection.share + transmission.share > 1.0 + ROUNDING {
-            return Err(Error::Shares {
-                reflected: reflection.share,
-                transmitted: transmission.share,
-            });
-        }
+        check_shares([reflection.share, transmission.share])?;
         Ok(Self { reflection, transmission, smooth: SmoothInterface::new(inner, outer)? })
     }
 

@@ -334,7 +334,10 @@ fn film(solid: &CheckedSolid, made: &str) -> String {
     let faces = faces.filter_map(|(name, face)| {
         face.as_ref().map(|face| format!(", {name}: {}", scatters(&face.kind)))
     });
-    format!("{}: {place}{made}{}", solid.name(), faces.collect::<Vec<_>>().concat())
+    let faces = faces.collect::<Vec<_>>().concat();
+    let joined = &solid.stated.shared.optical_contact.0;
+    let joined = joined.iter().map(|other| format!(", in optical contact with {other}"));
+    format!("{}: {place}{made}{faces}{}", solid.name(), joined.collect::<String>())
 }
 
 /// A length without rounding of sums.
@@ -407,10 +410,15 @@ fn scatters(law: &ScatterLaw) -> String {
                 stated.direction_deg.unwrap_or_default()
             )
         }
-        ScatterLaw::Polariser(stated) if stated.pass.is_some() => {
+        ScatterLaw::Polariser(stated) => {
             format!("polariser with its pass axis along {}°", stated.axis_deg.unwrap_or_default())
         }
-        ScatterLaw::Polariser(_) => "polariser, by its shares of unpolarised light".to_owned(),
+        ScatterLaw::Filter(_) => "filter, by its shares of unpolarised light".to_owned(),
+        ScatterLaw::Haze(stated) => format!(
+            "diffuser of {} haze and {} total transmittance of the sheet in air",
+            stated.haze, stated.total_transmittance
+        ),
+        ScatterLaw::Coated(face) => format!("coated, {}", count(face.coating.len(), "layer")),
         ScatterLaw::Lambertian(stated) => {
             format!("Lambertian diffuser: {}", shares(stated.transmitted, stated.reflected))
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Light between the films of a stack: planes below, between and above them, with the power that
+//! Light between the films of a stack: planes below them, in their gaps and above, with the power that
 //! passes each upwards and downwards, again each time that it comes back.
 
 use anyhow::Result;
@@ -8,7 +8,7 @@ use tracer::receiver::{DetectorRectangle, Facing, Sense, underscored};
 use tracer::{Detector, Measurement, Scene};
 
 use design::Design;
-use design::resolved::solids::CheckedSolid;
+use design::resolved::solids::{CheckedSolid, LEAST_MM};
 use results::film_light::{WAYS, account};
 
 /// Largest distance of a plane from the film that it is named for, mm: half the usual gap.
@@ -72,7 +72,10 @@ fn levels(design: &Design) -> Vec<(String, f64, [f64; 2])> {
     let mut below_mm = 0.0;
     for (name, [low, high], size_mm) in &films {
         let gap = low - below_mm;
-        levels.push((format!("below_{name}"), low - OFF_MM.min(0.5 * gap), *size_mm));
+        // None in optical contact.
+        if gap > 0.5 * LEAST_MM {
+            levels.push((format!("below_{name}"), low - OFF_MM.min(0.5 * gap), *size_mm));
+        }
         below_mm = *high;
     }
     if let Some((name, [_, high], size_mm)) = films.last() {

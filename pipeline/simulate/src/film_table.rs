@@ -6,9 +6,10 @@ use anyhow::Result;
 use serde_json::{Value, json};
 use tracer::glam::DVec3;
 use tracer::receiver::{Sense, underscored};
+use tracer::shape::{Extent, Plane};
 use tracer::{
     Emission, Emitter, FilmTable, Filter, Measurement, Medium, Passage, Patch, Prototype, Region,
-    Scene, SceneBuilder, Shape, Source, StackBorder, StackSymmetry, Surface,
+    Scene, SceneBuilder, Shape, Source, StackBorder, StackSymmetry, Surface, SurfaceModel,
 };
 
 use design::Design;
@@ -356,20 +357,48 @@ fn level_mm(z_mm: f64) -> f64 {
     (z_mm * 1e9).round() / 1e9
 }
 
+/// The interface of the film `number` and the next one, in optical contact: that of the film which
+/// displaces the other.
+fn interface(
+    design: &Design,
+    films: &[&CheckedSolid],
+    number: usize,
+    z_mm: f64,
+) -> Result<Surface> {
+    let is_below = !films[number].stated.shared.optical_contact.names(films[number + 1].name());
+    let (face, normal, own, other) = if is_below {
+        (0, DVec3::Z, number, number + 1)
+    } else {
+        (1, DVec3::NEG_Z, number + 1, number)
+    };
+    let extent = Extent::Rectangle { half_u: ENDLESS_MM, half_v: ENDLESS_MM };
+    let shape = Shape::Plane(Plane::new(z_mm * DVec3::Z, normal, extent)?);
+    let index = |film: usize| films[film].medium.as_ref().map_or(1.0, |medium| medium.index);
+    let optics = films[own].face(face, &shape, design.wavelength_nm, [index(own), index(other)])?;
+    let sides = [own, other].map(|film| Region::Body(film as u8));
+    let optics = optics.unwrap_or(SurfaceModel::Interface);
+    Ok(Surface::new(films[own].name(), shape, sides[0], sides[1], &optics))
+}
+
 /// The films of `design` alone and without ends, the lowest face at the height 0.
 fn alone(design: &Design, low_mm: f64) -> Result<Scene> {
     let mut body = Prototype::default();
-    let films = design.solids.iter().filter(|solid| solid.is_film());
-    for (number, film) in films.enumerate() {
+    let films: Vec<&CheckedSolid> = design.solids.iter().filter(|solid| solid.is_film()).collect();
+    let joins = |k: usize| films.get(k + 1).is_some_and(|above| films[k].joins(above));
+    for (number, film) in films.iter().enumerate() {
         let (Some((ends, _)), Some(medium)) = (film.film_mm(), &film.medium) else { continue };
         let [low, high] = ends.map(|z| level_mm(z - low_mm));
         let across = |sign: f64, z: f64| DVec3::new(sign * ENDLESS_MM, sign * ENDLESS_MM, z);
         let shape = Shape::cuboid(across(-1.0, low), across(1.0, high))?;
-        let optics = film.patches(&shape, design.wavelength_nm, [medium.index, 1.0])?;
+        let faces = [!joins(number), !number.checked_sub(1).is_some_and(joins)];
+        let optics = film.patches(&shape, design.wavelength_nm, [medium.index, 1.0], faces)?;
         let patches = optics.into_iter().map(|optics| Patch::new(film.name(), optics)).collect();
         body.media.push(medium.to_tracer(film.name()));
         let inside = Region::Body(number as u8);
         body.surfaces.push(Surface::zoned(shape, inside, Region::World, patches));
+        if joins(number) {
+            body.surfaces.push(interface(design, &films, number, high)?);
+        }
     }
     let mut scene = SceneBuilder::new(Medium::air());
     let body = scene.prototype(body);

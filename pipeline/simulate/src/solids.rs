@@ -460,7 +460,10 @@ fn place_solids<'a>(
         for part in displaced.parts(k, &objects, place.outer, inset_mm) {
             let sides = [inner, part.outer];
             let optics = match outside {
-                Some(_) => optics(design, solid, &shape, sides.map(index))?,
+                Some(_) => {
+                    let faces = faces_beside(&own, k, part.with);
+                    optics(design, solid, &shape, (sides.map(index), faces))?
+                }
                 None => vec![SurfaceModel::Interface; shape.patches()],
             };
             let shape =
@@ -529,14 +532,25 @@ fn fills_cell(design: &Design, solid: &CheckedSolid) -> bool {
     is_periodic && solid.film_mm().is_some_and(|(_, size_mm)| fills(design, size_mm))
 }
 
-/// Patches of a solid between media of these indices.
+/// True for the upper and for the lower face of the film `k` if it borders on the film `with`; else if
+/// it borders on none.
+fn faces_beside(own: &[&CheckedSolid], k: usize, with: Option<usize>) -> [bool; 2] {
+    let with = with.filter(|with| own[*with].is_film());
+    // Films lie in order.
+    [own.get(k + 1), k.checked_sub(1).and_then(|below| own.get(below))].map(|next| {
+        let joined = next.filter(|next| next.joins(own[k])).map(|next| next.name());
+        joined == with.map(|with| own[with].name())
+    })
+}
+
+/// Patches of a solid between media of these indices, with its faces that lie between them.
 fn optics(
     design: &Design,
     solid: &CheckedSolid,
     shape: &Shape,
-    indices: [f64; 2],
+    (indices, faces): ([f64; 2], [bool; 2]),
 ) -> Result<Vec<SurfaceModel>> {
-    let optics = solid.patches(shape, design.wavelength_nm, indices);
+    let optics = solid.patches(shape, design.wavelength_nm, indices, faces);
     let optics = optics.map(|mut patches| {
         if fills_cell(design, solid) {
             patches[SIDES] = SurfaceModel::Periodic;

@@ -2,8 +2,8 @@
 //! Light on its way through films that have no ends: the walker of [`crate::path`] where the next
 //! surface is known, the face above or the face below.
 //!
-//! Regions are counted upwards, the space below as 0, the first film as 1, the gap over it as 2; face
-//! k lies between region k and region k + 1.
+//! Spaces are counted upwards: the air below as 0, then films, and the air between those that are not
+//! in contact. Face k lies between space k and space k + 1.
 
 use bsdf::Side;
 use glam::DVec3;
@@ -18,26 +18,48 @@ use crate::ray::Ray;
 use crate::receiver::{PathHistory, Tally};
 use crate::scatter::scatter;
 use crate::scene::{CompiledMedium, CompiledPatch, CompiledSurface, Hit, Scene};
-use crate::surface::SurfaceModel;
+use crate::surface::{Region, SurfaceModel};
 
 /// Components of a direction that differ by less are equal.
 pub(super) const SAME: f64 = 1e-9;
-/// Faces of a box, by primitive and patch.
+/// Faces of a box and a plane, by primitive and patch.
 const BOTTOM: (u32, u32) = (4, 2);
 const TOP: (u32, u32) = (5, 1);
+const PLANE: (u32, u32) = (0, 0);
 
-/// A film at one wavelength.
-struct Layer<'a> {
+/// A face between two spaces.
+struct Face<'a> {
     surface: &'a CompiledSurface,
+    primitive: u32,
+    patch: &'a CompiledPatch,
+    normal: DVec3,
+    /// Height, mm.
+    z: f64,
+}
+
+impl<'a> Face<'a> {
+    fn new(
+        surface: &'a CompiledSurface,
+        (primitive, patch): (u32, u32),
+        normal: DVec3,
+        z: f64,
+    ) -> Self {
+        Self { surface, primitive, patch: &surface.patches[patch as usize], normal, z }
+    }
+}
+
+/// A film, or air.
+struct Space<'a> {
     medium: &'a CompiledMedium,
+    /// The number of the gap, of air over a film.
+    gap: Option<usize>,
 }
 
 /// The films of a stack at one wavelength.
 pub(super) struct Layers<'a> {
-    films: Vec<Layer<'a>>,
-    air: &'a CompiledMedium,
-    /// Heights of all faces, mm.
-    faces: Vec<f64>,
+    spaces: Vec<Space<'a>>,
+    faces: Vec<Face<'a>>,
+    films: usize,
 }
 
 /// Light between two faces.
@@ -45,7 +67,7 @@ pub(super) struct Layers<'a> {
 struct Traveller {
     at: DVec3,
     direction: DVec3,
-    region: usize,
+    space: usize,
     weight: f64,
     scatterings: u32,
     wavelength: u16,
@@ -54,41 +76,50 @@ struct Traveller {
 }
 
 impl<'a> Layers<'a> {
-    /// The films of a scene that has nothing else.
+    /// The films of a scene that has nothing else: boxes, the lowest first, and planes between those in
+    /// contact.
     pub fn new(scene: &'a Scene) -> Self {
         let body = &scene.bodies[0];
-        let mut films: Vec<Layer<'_>> = body
-            .surfaces
-            .iter()
-            .zip(&body.media)
-            .map(|(surface, medium)| Layer { surface, medium })
-            .collect();
-        let ends = |film: &Layer<'_>| {
-            let bounds = film.surface.shape.bounds();
-            [bounds.low.z, bounds.high.z]
-        };
-        films.sort_by(|a, b| ends(a)[0].total_cmp(&ends(b)[0]));
-        let faces = films.iter().flat_map(ends).collect();
-        Self { films, air: &scene.world, faces }
+        let (films, contacts): (Vec<_>, Vec<_>) =
+            body.surfaces.iter().partition(|surface| surface.regions[1] == Region::World);
+        let air = |gap: Option<usize>| Space { medium: &scene.world, gap };
+        let (mut spaces, mut faces): (Vec<Space<'_>>, Vec<Face<'_>>) =
+            (vec![air(None)], Vec::new());
+        for (number, (film, medium)) in films.iter().zip(&body.media).enumerate() {
+            let (low, high) = (film.shape.bounds().low.z, film.shape.bounds().high.z);
+            let contact = contacts.iter().find(|contact| {
+                let below = number.checked_sub(1).map(|below| films[below].regions[0]);
+                let joins = |region: Region| contact.regions.contains(&region);
+                below.is_some_and(joins) && joins(film.regions[0])
+            });
+            if let Some(contact) = contact {
+                spaces.pop();
+                faces.pop();
+                let is_of_film = contact.regions[0] == film.regions[0];
+                let normal = if is_of_film { DVec3::NEG_Z } else { DVec3::Z };
+                faces.push(Face::new(contact, PLANE, normal, low));
+            } else {
+                faces.push(Face::new(film, BOTTOM, DVec3::NEG_Z, low));
+            }
+            spaces.push(Space { medium, gap: None });
+            faces.push(Face::new(film, TOP, DVec3::Z, high));
+            spaces.push(air(Some(number)));
+        }
+        Self { spaces, faces, films: films.len() }
     }
 
-    /// Refractive indices before and behind the lowest face, or the highest one for light that falls,
-    /// where that is smooth and level without layers.
-    pub fn smooth_outer_face(&self, falls: bool) -> Option<[f64; 2]> {
-        let (film, (_, patch)) =
-            if falls { (self.films.last()?, TOP) } else { (self.films.first()?, BOTTOM) };
-        let optics = &film.surface.patches[patch as usize].optics;
-        let [inner, outer] = film.surface.indices;
-        matches!(optics, SurfaceModel::Interface).then_some([outer, inner])
+    /// The outer face that light meets, and the refractive indices before and behind it, where that is
+    /// smooth and level without layers.
+    pub fn smooth_outer_face(&self, falls: bool) -> Option<(usize, [f64; 2])> {
+        let number = if falls { self.faces.len() - 1 } else { 0 };
+        let Face { surface, patch, .. } = &self.faces[number];
+        let [inner, outer] = surface.indices;
+        matches!(patch.optics, SurfaceModel::Interface).then_some((number, [outer, inner]))
     }
 
-    /// Number of gaps between films.
+    /// Number of films but one: of gaps, with those that contact closes.
     pub fn gaps(&self) -> usize {
-        self.films.len() - 1
-    }
-
-    fn medium(&self, region: usize) -> &'a CompiledMedium {
-        if region % 2 == 1 { self.films[region / 2].medium } else { self.air }
+        self.films - 1
     }
 }
 
@@ -104,36 +135,36 @@ pub(super) struct LayerWalk<'s, 't, 'a> {
 }
 
 impl LayerWalk<'_, '_, '_> {
-    /// Follows a ray of weight 1 that meets the stack at x = y = 0 until it leaves or ends, and is not
-    /// reflected by an outer face that is smooth, if its light is unpolarised; returns how far from
-    /// there it has been, mm, too.
+    /// Follows a ray of weight 1 that meets the stack at x = y = 0 until it leaves or ends; returns how
+    /// far from there it has been, mm, too. A ray that `enters` is not reflected where it comes from
+    /// outside to a smooth face.
     pub fn follow<L: Light>(
         &mut self,
-        direction: DVec3,
+        (direction, enters): (DVec3, bool),
         wavelength: u16,
         light: &mut L,
         rng: &mut PathStream,
     ) -> (FilmOutcome, f64) {
         let faces = self.layers[0].faces.len();
         let falls = direction.z < 0.0;
-        let (mut face, region) = if falls { (faces - 1, faces) } else { (0, 0) };
+        let (mut face, space) = if falls { (faces - 1, faces) } else { (0, 0) };
         let mut ray = Traveller {
             at: DVec3::ZERO,
             direction,
-            region,
+            space,
             weight: 1.0,
             scatterings: 0,
             wavelength,
             history: PathHistory::new(0),
             reach2: 0.0,
         };
-        let mut has_entered = !L::CARRIED && self.enter(&mut ray, face, rng);
+        let mut has_entered = enters && self.enter(&mut ray, rng);
         let is_out = loop {
             if !std::mem::take(&mut has_entered) && self.meet(&mut ray, face, light, rng).is_none()
             {
                 break false;
             }
-            if ray.region == 0 || ray.region == faces {
+            if ray.space == 0 || ray.space == faces {
                 break true;
             }
             match self.travel(&mut ray, light, rng) {
@@ -163,24 +194,21 @@ impl LayerWalk<'_, '_, '_> {
         (outcome, ray.reach2.max(place.length_squared()).sqrt())
     }
 
-    /// Takes light across an outer face, if that is smooth.
-    fn enter(&mut self, ray: &mut Traveller, face: usize, rng: &mut PathStream) -> bool {
-        let number = usize::from(ray.wavelength);
-        let layers = &self.layers[number];
+    /// Takes light from outside across an outer face, if that is smooth.
+    fn enter(&mut self, ray: &mut Traveller, rng: &mut PathStream) -> bool {
+        let wavelength = usize::from(ray.wavelength);
+        let layers = &self.layers[wavelength];
         let falls = ray.direction.z < 0.0;
-        let indices = layers.smooth_outer_face(falls);
-        let towards = if falls { DVec3::Z } else { DVec3::NEG_Z };
-        let refracted = indices.and_then(|[n1, n2]| refract(ray.direction, towards, n1, n2));
-        let Some((_, direction)) = refracted else { return false };
-        let patch = if falls { TOP.1 } else { BOTTOM.1 } as usize;
-        let line = layers.films[face / 2].surface.patches[patch].line;
-        let (tracer, tally) = (&self.tracers[number], &mut self.tallies[number]);
+        let Some((number, [n1, n2])) = layers.smooth_outer_face(falls) else { return false };
+        let Face { normal, patch, .. } = layers.faces[number];
+        let Some((_, direction)) = refract(ray.direction, normal, n1, n2) else { return false };
+        let (tracer, tally) = (&self.tracers[wavelength], &mut self.tallies[wavelength]);
         let sides = [Side::Outer, Side::Inner];
-        tracer.settle(line, sides, 1.0, &mut ray.weight, rng, tally);
+        tracer.settle(patch.line, sides, 1.0, &mut ray.weight, rng, tally);
         ray.history.bounces += 1;
-        ray.history.line = line as u32;
+        ray.history.line = patch.line as u32;
         ray.direction = direction;
-        ray.region = if falls { face } else { face + 1 };
+        ray.space = if falls { number } else { number + 1 };
         true
     }
 
@@ -200,11 +228,9 @@ impl LayerWalk<'_, '_, '_> {
             tally.lose(Loss::Bounces, ray.weight);
             return None;
         }
-        let surface = layers.films[face / 2].surface;
-        let ((primitive, patch), normal) =
-            if face.is_multiple_of(2) { (BOTTOM, DVec3::NEG_Z) } else { (TOP, DVec3::Z) };
+        let Face { surface, primitive, patch, normal, .. } = layers.faces[face];
         let side = if ray.direction.z * normal.z < 0.0 { Side::Outer } else { Side::Inner };
-        let CompiledPatch { optics, line } = &surface.patches[patch as usize];
+        let CompiledPatch { optics, line } = patch;
         let hit = Hit { distance: 0.0, surface, primitive, side, instance: Some(0) };
         let event = scatter(&hit, optics, ray.direction, ray.at, normal, light, rng);
         let sides = [side, event.side];
@@ -219,8 +245,8 @@ impl LayerWalk<'_, '_, '_> {
             return None;
         }
         ray.direction = event.direction;
-        let is_above = (face % 2 == 1) == (event.side == Side::Outer);
-        ray.region = face + usize::from(is_above);
+        let is_above = (normal.z > 0.0) == (event.side == Side::Outer);
+        ray.space = face + usize::from(is_above);
         Some(())
     }
 
@@ -236,10 +262,10 @@ impl LayerWalk<'_, '_, '_> {
             let number = usize::from(ray.wavelength);
             let (layers, tracer) = (&self.layers[number], &self.tracers[number]);
             let tally = &mut self.tallies[number];
-            let medium = layers.medium(ray.region);
+            let Space { medium, gap } = layers.spaces[ray.space];
             let rises = ray.direction.z > 0.0;
-            let face = if rises { ray.region } else { ray.region - 1 };
-            let length = (layers.faces[face] - ray.at.z) / ray.direction.z;
+            let face = if rises { ray.space } else { ray.space - 1 };
+            let length = (layers.faces[face].z - ray.at.z) / ray.direction.z;
             if !length.is_finite() {
                 tally.lose(Loss::Leak, ray.weight);
                 return None;
@@ -274,11 +300,11 @@ impl LayerWalk<'_, '_, '_> {
                     return None;
                 }
             }
-            if ray.region.is_multiple_of(2) {
-                self.passed[number][ray.region / 2 - 1][usize::from(!rises)] += ray.weight;
+            if let Some(gap) = gap {
+                self.passed[number][gap][usize::from(!rises)] += ray.weight;
             }
             ray.at += ray.direction * length;
-            ray.at.z = layers.faces[face];
+            ray.at.z = layers.faces[face].z;
             ray.reach2 = ray.reach2.max(ray.at.truncate().length_squared());
             return Some(face);
         }

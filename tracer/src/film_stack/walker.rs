@@ -226,7 +226,7 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         let (direction, number) = (path.ray.direction, usize::from(path.wavelength));
         let falls = direction.z < 0.0;
         let layers = &stack.layers[number];
-        let Some([n1, n2]) = layers.smooth_outer_face(falls) else { return false };
+        let Some((_, [n1, n2])) = layers.smooth_outer_face(falls) else { return false };
         let towards = if falls { DVec3::Z } else { DVec3::NEG_Z };
         let reflectance =
             refract(direction, towards, n1, n2).map_or(1.0, |(reflectance, _)| reflectance);
@@ -294,7 +294,8 @@ impl<'w, 'a> StackWalker<'w, 'a> {
             passed,
             had: vec![wavelength],
         };
-        let (outcome, reach) = walk.follow(direction, wavelength, &mut light, &mut rng);
+        let entering = (direction, !L::CARRIED);
+        let (outcome, reach) = walk.follow(entering, wavelength, &mut light, &mut rng);
         let had = walk.had;
         self.booked.clear();
         for number in had.into_iter().map(usize::from) {

@@ -13,7 +13,9 @@ use crate::error::ConfigError;
 use crate::resolved::Design;
 use crate::resolved::solids::{CheckedSolid, LEAST_MM};
 use crate::schema::film_stack::Film;
-use crate::schema::solids::{Flat, Per, Solid, SolidForm, SolidKeys, SolidScatter};
+use crate::schema::solids::{
+    Contacts, Flat, Per, ScatterLaw, Solid, SolidForm, SolidKeys, SolidScatter,
+};
 use metrics::kinds::Carrying;
 use runtime::serde_arrays::List;
 
@@ -27,7 +29,7 @@ pub(crate) fn resolve(
     folder: &Path,
     at: &Context,
 ) -> Result<Vec<CheckedSolid>, ConfigError> {
-    let mut films = Vec::new();
+    let mut films: Vec<CheckedSolid> = Vec::new();
     let mut below_mm = None;
     for (number, film) in raw.iter().enumerate() {
         let table = format!("films[{}]", number + 1);
@@ -35,6 +37,7 @@ pub(crate) fn resolve(
         let read = SolidTable { name: &table, folder, is_polarised, at };
         let thickness_mm = read.length("thickness_mm", film.thickness_mm)?;
         let low_mm = lower_face_mm(film, below_mm, &read)?;
+        let is_contact = film.gap_mm == Some(0.0);
         below_mm = Some(low_mm + thickness_mm);
         let [x, y] = lengths_mm(film, design, &read)?;
         let stated = Solid {
@@ -50,9 +53,60 @@ pub(crate) fn resolve(
         let known = design.solids.iter().chain(&films).map(CheckedSolid::name);
         read.check_name(&film.name, known)?;
         let faces = [film.top.as_ref(), film.bottom.as_ref()].map(Option::<&SolidScatter>::cloned);
-        films.push(resolve_one(&stated, faces, design.wavelength_nm, &read)?);
+        let mut film = resolve_one(&stated, faces, design.wavelength_nm, &read)?;
+        if is_contact && let Some(below) = films.last_mut() {
+            join(below, &mut film, &read)?;
+        }
+        films.push(film);
     }
     Ok(films)
+}
+
+/// Puts two films in optical contact. One interface is left between them: that of the film whose
+/// face says what light meets there, which displaces the other film.
+fn join(
+    below: &mut CheckedSolid,
+    film: &mut CheckedSolid,
+    read: &SolidTable,
+) -> Result<(), ConfigError> {
+    let lengths_mm = [&*below, &*film].map(|film| film.film_mm().map(|(_, lengths)| lengths));
+    if let [Some(expected), Some(got)] = lengths_mm
+        && expected != got
+    {
+        let expected =
+            format!("{expected:?}, as of the film below in optical contact (gap_mm = 0)");
+        return Err(read.at.value(&read.key("size_mm"), format!("{got:?}"), &expected));
+    }
+    let key = format!("{}.top", below.table);
+    let faces = [(&key, &below.stated_faces[0]), (&read.key("bottom"), &film.stated_faces[1])];
+    for (key, face) in faces {
+        if let Some(face) = face
+            && !matches!(
+                face.kind,
+                ScatterLaw::File(_)
+                    | ScatterLaw::Lambertian(_)
+                    | ScatterLaw::Gaussian(_)
+                    | ScatterLaw::Polariser(_)
+                    | ScatterLaw::Filter(_)
+                    | ScatterLaw::Coated(_)
+            )
+        {
+            let expected = "file, lambertian, gaussian, polariser, filter or coated where two films \
+                            are in optical contact (gap_mm = 0): relief and haze are those before air";
+            let key = format!("{key}.kind");
+            return Err(read.at.value(&key, format!("{:?}", face.kind_name()), expected));
+        }
+    }
+    if faces.iter().all(|(_, face)| face.is_some()) {
+        let expected =
+            format!("no such table beside {key}: one interface is left in optical contact");
+        return Err(read.at.value(&read.key("bottom"), "given", &expected));
+    }
+    let (displaced, displacer) =
+        if film.stated_faces[1].is_some() { (below, &*film) } else { (film, &*below) };
+    let Contacts(names) = &mut displaced.stated.shared.optical_contact;
+    names.push(displacer.name().to_owned());
+    Ok(())
 }
 
 /// Height of the lower face of a film over one that ends at `below_mm`.
@@ -63,8 +117,7 @@ fn lower_face_mm(
 ) -> Result<f64, ConfigError> {
     // Without the rounding of sums.
     let is_thin = |gap_mm: f64| gap_mm < LEAST_MM * (1.0 - 1e-6);
-    let thin =
-        "light passes a thinner gap as if it were none; state films without a gap as one film";
+    let thin = "light passes a thinner gap as if it were none; gap_mm = 0 is optical contact";
     match (film.z_mm, film.gap_mm, below_mm) {
         (Some(z_mm), None, below_mm) if is_thin(z_mm - below_mm.unwrap_or(0.0)) => {
             let below = below_mm.map_or("the bottom".to_owned(), |top_mm| {
@@ -74,6 +127,7 @@ fn lower_face_mm(
             Err(read.at.value(&read.key("z_mm"), z_mm, &expected))
         }
         (Some(z_mm), None, _) => read.length("z_mm", z_mm),
+        (None, Some(0.0), Some(top_mm)) => Ok(top_mm),
         (None, Some(gap_mm), Some(_)) if is_thin(gap_mm) => {
             let expected = format!("at least {} mm: {thin}", shortest(LEAST_MM));
             Err(read.at.value(&read.key("gap_mm"), gap_mm, &expected))

@@ -89,8 +89,12 @@ impl<'a> InputNames<'a> {
     }
 
     fn scattering(&mut self, raw: &'a SolidScatter) {
-        if let ScatterLaw::File(files) = &raw.kind {
-            self.0.extend(files.file.iter().chain(&files.inner).chain(&files.outer));
+        match &raw.kind {
+            ScatterLaw::File(files) => {
+                self.0.extend(files.file.iter().chain(&files.inner).chain(&files.outer));
+            }
+            ScatterLaw::Coated(face) => self.layers(&face.coating),
+            _ => {}
         }
     }
 

@@ -13,6 +13,7 @@ mod film_stack;
 mod films;
 mod form;
 mod grooves;
+mod haze;
 mod input_files;
 mod led;
 mod light;

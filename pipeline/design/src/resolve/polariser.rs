@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Polarising faces, checked: shares of two axes, or of unpolarised light.
+//! Polarising faces and filters, checked: shares of two axes, or of unpolarised light.
 
 use super::form::SolidTable;
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::polariser::{PolarisingFace, SharesByAngle, StatedShares};
-use crate::schema::solids::{ByAngle, PolariserAxis, PolariserKeys};
+use crate::schema::solids::{ByAngle, FilterKeys, PolariserKeys};
 use runtime::serde_arrays::List;
 
-/// The face that the table `table` states.
+/// What a table of shares needs.
+const SHARES: &str = "`transmittance` or `reflectance`";
+
+/// The polariser that the table `table` states.
 pub(super) fn resolve(
     stated: &PolariserKeys,
     table: &str,
@@ -17,53 +20,49 @@ pub(super) fn resolve(
     let at = read.at;
     let key = |name: &str| format!("{table}.{name}");
     let PolariserKeys { axis_deg, pass, block, transmittance, reflectance } = stated;
-    let Some(pass) = pass else {
-        if transmittance.is_none() && reflectance.is_none() {
-            let expected = "this table, or `transmittance` and `reflectance` of unpolarised light";
-            return Err(at.value(&key("pass"), "missing", expected));
-        }
-        let axes = [("axis_deg", axis_deg.is_some()), ("block", block.is_some())];
-        if let Some((name, _)) = axes.into_iter().find(|(_, is_given)| *is_given) {
-            let expected = "no such key without `pass`: unpolarised light knows no axis";
-            return Err(at.value(&key(name), "given", expected));
-        }
-        let shares = [transmittance.as_ref(), reflectance.as_ref()];
-        return Ok(PolarisingFace::Unpolarised(shares_of(table, shares, at)?));
-    };
     let sums = [("transmittance", transmittance), ("reflectance", reflectance)];
     if let Some((name, _)) = sums.into_iter().find(|(_, stated)| stated.is_some()) {
-        let expected = "no such key beside `pass`, whose table has it";
+        let expected = "no such key of a polariser, but of its tables `pass` and `block`: shares of \
+            unpolarised light are a face of kind = \"filter\"";
         return Err(at.value(&key(name), "given", expected));
     }
+    let Some(pass) = pass else {
+        let expected = "this table; shares of unpolarised light are a face of kind = \"filter\"";
+        return Err(at.value(&key("pass"), "missing", expected));
+    };
     if !read.is_polarised {
         let expected = "light that carries polarisation (light.polarization = \"carried\"), or \
-            `transmittance` and `reflectance` of unpolarised light in place of this table";
+            kind = \"filter\" with the shares of unpolarised light";
         return Err(at.value(&key("pass"), "given in unpolarised light", expected));
     }
-    if *pass == PolariserAxis::default() {
-        let expected = "`transmittance` or `reflectance`";
-        return Err(at.value(&key("pass"), "an empty table", expected));
+    if *pass == FilterKeys::default() {
+        return Err(at.value(&key("pass"), "an empty table", SHARES));
     }
     let axis_deg = at.within(&key("axis_deg"), axis_deg.unwrap_or_default(), -360.0, 360.0)?;
-    let axis = |name: &str, stated: Option<&PolariserAxis>| {
-        let shares = stated
-            .map_or([None; 2], |axis| [axis.transmittance.as_ref(), axis.reflectance.as_ref()]);
-        shares_of(&key(name), shares, at)
-    };
-    let shares = Box::new([axis("pass", Some(pass))?, axis("block", block.as_ref())?]);
+    let block = block.clone().unwrap_or_default();
+    let shares =
+        Box::new([shares_of(&key("pass"), pass, at)?, shares_of(&key("block"), &block, at)?]);
     Ok(PolarisingFace::Axes { shares, axis_deg })
 }
 
-/// Transmittance and reflectance of the table `table`; neither is more than the other leaves of 1.
-fn shares_of(
+/// The filter that the table `table` states.
+pub(super) fn filter(
+    stated: &FilterKeys,
     table: &str,
-    [transmittance, reflectance]: [Option<&ByAngle>; 2],
     at: &Context,
-) -> Result<StatedShares, ConfigError> {
+) -> Result<PolarisingFace, ConfigError> {
+    if *stated == FilterKeys::default() {
+        return Err(at.value(table, "a filter without shares", SHARES));
+    }
+    shares_of(table, stated, at).map(PolarisingFace::Unpolarised)
+}
+
+/// Transmittance and reflectance of the table `table`; neither is more than the other leaves of 1.
+fn shares_of(table: &str, stated: &FilterKeys, at: &Context) -> Result<StatedShares, ConfigError> {
     let of = |name: &str, stated: Option<&ByAngle>| by_angle(format!("{table}.{name}"), stated, at);
     let shares = StatedShares {
-        transmittance: of("transmittance", transmittance)?,
-        reflectance: of("reflectance", reflectance)?,
+        transmittance: of("transmittance", stated.transmittance.as_ref())?,
+        reflectance: of("reflectance", stated.reflectance.as_ref())?,
     };
     // Between stated wavelengths sums are linear, and only within both ranges is there light.
     let curves = [&shares.transmittance, &shares.reflectance];

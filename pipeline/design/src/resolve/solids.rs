@@ -12,10 +12,11 @@ use tracer::SurfaceModel;
 
 use formats::scattering::{self, Scattering};
 use metrics::digits::shortest;
+use metrics::illuminance::Symmetry;
 use runtime::provenance::FileRecord;
 
 use super::form::{self, SolidTable};
-use super::{grooves, package, polariser};
+use super::{grooves, haze, package, polariser};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::films::Stack;
@@ -25,7 +26,7 @@ use crate::resolved::solids::{
 };
 use crate::schema::reflectors::Law;
 use crate::schema::solids::{
-    Contacts, GaussianShares, ReflectorFile, ScatterLaw, Solid, SolidScatter,
+    CoatedFace, Contacts, GaussianShares, ReflectorFile, ScatterLaw, Solid, SolidScatter,
 };
 
 /// Rounding of a sum of shares.
@@ -154,6 +155,16 @@ impl SolidTable<'_> {
             ScatterLaw::Polariser(stated) => {
                 SolidOptics::Polarising(polariser::resolve(stated, key, self)?)
             }
+            ScatterLaw::Filter(stated) => {
+                SolidOptics::Polarising(polariser::filter(stated, key, at)?)
+            }
+            ScatterLaw::Haze(stated) => SolidOptics::Hazy(haze::resolve(stated, key, at)?),
+            ScatterLaw::Coated(CoatedFace { coating }) if coating.is_empty() => {
+                return Err(at.value(&format!("{key}.coating"), "no layers", "at least one"));
+            }
+            ScatterLaw::Coated(CoatedFace { coating }) => {
+                SolidOptics::Coated(Stack::new(key, coating, self.folder, at)?)
+            }
         })
     }
 }
@@ -188,12 +199,16 @@ pub(super) fn resolve_one(
     let mut stack = Stack::new(table, &keys.coating, folder, at)?;
     let optics = match (&keys.scatter, &keys.surface) {
         (Some(scatter), _) => match &scatter.kind {
-            ScatterLaw::Prisms(_) | ScatterLaw::Grooves(_) | ScatterLaw::Polariser(_) => {
-                let expected = "file, lambertian or gaussian: prisms, grooves and polarisers are \
-                                of a face of [[films]]";
+            law @ (ScatterLaw::File(_) | ScatterLaw::Lambertian(_) | ScatterLaw::Gaussian(_)) => {
+                read.scattering(law, &key("scatter"), &mut files)?
+            }
+            law @ ScatterLaw::Haze(_) if solid.kind.is_sheet() => {
+                read.scattering(law, &key("scatter"), &mut files)?
+            }
+            _ => {
+                let expected = "file, lambertian, gaussian or, of a sheet, haze: others are of a face of [[films]]";
                 return Err(at.value(&key("scatter.kind"), scatter.kind_name(), expected));
             }
-            law => read.scattering(law, &key("scatter"), &mut files)?,
         },
         (None, None) => SolidOptics::Refracting,
         (None, Some(surface)) => match surface.kind.law() {
@@ -216,27 +231,24 @@ pub(super) fn resolve_one(
         let law = faces[k].as_ref().map(|face| &face.kind);
         law.map(|law| read.scattering(law, &key(BOX_FACES[k].0), &mut files)).transpose()
     });
-    let face_optics = [top?, bottom?];
-    for optics in face_optics.iter().flatten() {
-        if let SolidOptics::Polarising(face) = optics {
-            face.check(wavelength_nm, at)?;
-        }
-    }
-    let mut symmetry = form.symmetry(&solid.kind);
-    for optics in [&optics].into_iter().chain(face_optics.iter().flatten()) {
-        symmetry = symmetry.min(optics.symmetry());
-    }
-    Ok(CheckedSolid {
+    let surface = CheckedSurface { stack, optics, faces: [top?, bottom?] };
+    let optics = [&surface.optics].into_iter().chain(surface.faces.iter().flatten());
+    let symmetry =
+        optics.map(SolidOptics::symmetry).fold(form.symmetry(&solid.kind), Symmetry::min);
+    let checked = CheckedSolid {
         table: table.to_owned(),
         stated: solid.clone(),
         stated_faces: faces,
         medium: medium.transpose()?,
-        coats: stack.at(wavelength_nm, at)?,
+        coats: surface.stack.at(wavelength_nm, at)?,
+        face_coats: surface.face_coats(wavelength_nm, at)?,
         files,
         form,
         symmetry,
-        surface: Arc::new(CheckedSurface { stack, optics, faces: face_optics }),
-    })
+        surface: Arc::new(surface),
+    };
+    checked.check_haze(at)?;
+    Ok(checked)
 }
 
 /// Lobes of what is reflected and of what is transmitted.

@@ -9,6 +9,7 @@ pub mod files;
 pub mod films;
 pub mod footprint;
 pub mod form;
+pub(crate) mod haze;
 pub mod incidence_grid;
 pub mod led;
 pub mod luminescence;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Polarising faces of a checked design.
+//! Polarising faces and filters of a checked design.
 
 use bsdf::direction::Frame;
 use bsdf::{AxisShares, Polariser};
@@ -78,7 +78,7 @@ impl StatedShares {
     }
 }
 
-/// A polarising face.
+/// A polarising face or a filter.
 #[derive(Debug, Clone)]
 pub(crate) enum PolarisingFace {
     /// Of two axes, pass and block, the first in this direction from the x axis.
@@ -88,7 +88,7 @@ pub(crate) enum PolarisingFace {
         /// Direction of the pass axis.
         axis_deg: f64,
     },
-    /// Of unpolarised light.
+    /// A filter, of unpolarised light.
     Unpolarised(StatedShares),
 }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::Context as _;
 use bsdf::direction::Frame;
 use bsdf::ray_optics::{Outline, UnitCell};
-use bsdf::{DiffuseLaw, DiffuseLobe, Diffuser};
+use bsdf::{DiffuseLaw, DiffuseLobe, Diffuser, HazyFace};
 use serde::Serialize;
 use tracer::glam::DVec3;
 use tracer::{Region, Shape, SurfaceModel};
@@ -18,6 +18,7 @@ use runtime::provenance::FileRecord;
 
 use super::films::{Coats, Stack};
 use super::form::Form;
+use super::haze::StatedHaze;
 use super::medium::{self, Medium};
 use super::polariser::PolarisingFace;
 use super::reflector::Reflector;
@@ -55,6 +56,9 @@ pub struct CheckedSolid {
     /// Layers and metal at the wavelength.
     #[serde(skip_serializing_if = "is_default")]
     pub coats: Coats,
+    /// Layers on the upper and the lower face of a film at the wavelength.
+    #[serde(skip_serializing_if = "is_default")]
+    pub face_coats: [Coats; 2],
     /// Files of its form and of its surface, with their hashes; those of materials are told by what
     /// they say at the wavelength.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -84,6 +88,25 @@ const SCATTERED: f64 = 2.3;
 /// Optical depth times 1 - g of a film that turns most of it far beyond a cell of incidence.
 const TURNED: f64 = 0.5;
 
+impl CheckedSurface {
+    /// Layers on the faces at a wavelength, at which shares of polarisers and filters are stated.
+    pub(crate) fn face_coats(
+        &self,
+        wavelength_nm: f64,
+        at: &Context,
+    ) -> Result<[Coats; 2], ConfigError> {
+        let coats = |face: &Option<SolidOptics>| match face {
+            Some(SolidOptics::Coated(stack)) => stack.at(wavelength_nm, at),
+            Some(SolidOptics::Polarising(face)) => {
+                face.check(wavelength_nm, at).map(|()| Coats::default())
+            }
+            _ => Ok(Coats::default()),
+        };
+        let [top, bottom] = &self.faces;
+        Ok([coats(top)?, coats(bottom)?])
+    }
+}
+
 /// Optical surface of a solid.
 #[derive(Debug)]
 pub(crate) enum SolidOptics {
@@ -100,8 +123,12 @@ pub(crate) enum SolidOptics {
     },
     /// Grooves, by ray optics.
     Grooved(GroovedFace),
-    /// A polarising sheet.
+    /// A polarising sheet or a filter.
     Polarising(PolarisingFace),
+    /// Thin layers on a face.
+    Coated(Stack),
+    /// A diffuser by its haze.
+    Hazy(StatedHaze),
     /// A reflector by a file.
     File {
         /// What light meets.
@@ -238,25 +265,59 @@ impl CheckedSolid {
     pub(super) fn tuned(&self, wavelength_nm: f64, at: &Context) -> Result<Self, ConfigError> {
         let medium = self.medium.as_ref();
         let medium = medium.map(|m| medium::medium_at(&m.stated, wavelength_nm, at));
-        self.polarising().try_for_each(|face| face.check(wavelength_nm, at))?;
-        Ok(Self {
+        let tuned = Self {
             medium: medium.transpose()?,
             coats: self.surface.stack.at(wavelength_nm, at)?,
+            face_coats: self.surface.face_coats(wavelength_nm, at)?,
             ..self.clone()
+        };
+        tuned.check_haze(at)?;
+        Ok(tuned)
+    }
+
+    /// Refuses values of hazy faces that its medium does not give.
+    pub(crate) fn check_haze(&self, at: &Context) -> Result<(), ConfigError> {
+        let faces = [&self.surface.optics].into_iter().chain(self.surface.faces.iter().flatten());
+        for optics in faces {
+            let SolidOptics::Hazy(haze) = optics else { continue };
+            let is_milky =
+                |medium: &Medium| medium.scattering.is_some() || !medium.luminophores.is_empty();
+            if self.medium.as_ref().is_some_and(is_milky) {
+                let expected = "a medium that neither scatters nor converts light: its haze would add \
+                                to the stated one";
+                let got = "one that scatters or converts light";
+                return Err(at.value(&format!("{}.medium", self.table), got, expected));
+            }
+            haze.shares(self.along_normal(), at)?;
+        }
+        Ok(())
+    }
+
+    /// Index of a film, and the share of light that its medium lets pass along the normal; of a sheet
+    /// 1 and 1.
+    fn along_normal(&self) -> (f64, f64) {
+        let medium = self.medium.as_ref().zip(self.film_mm());
+        medium.map_or((1.0, 1.0), |(medium, ([low, high], _))| {
+            (medium.index, (-medium.absorption_per_mm * (high - low)).exp())
         })
     }
 
     /// True if what it does depends on the wavelength by itself, not only by the indices of media.
     pub fn is_coated(&self) -> bool {
-        self.coats != Coats::default() || self.polarising().any(PolarisingFace::is_spectral)
+        self.coats != Coats::default()
+            || self.surface.faces.iter().flatten().any(|optics| match optics {
+                SolidOptics::Polarising(face) => face.is_spectral(),
+                SolidOptics::Coated(_) => true,
+                _ => false,
+            })
     }
 
-    /// Faces that polarise.
-    fn polarising(&self) -> impl Iterator<Item = &PolarisingFace> {
-        self.surface.faces.iter().flatten().filter_map(|optics| match optics {
-            SolidOptics::Polarising(face) => Some(face),
-            _ => None,
-        })
+    /// True of two films in optical contact.
+    pub fn joins(&self, other: &Self) -> bool {
+        let names = |one: &Self, other: &Self| {
+            one.stated.shared.optical_contact.names(other.name()) && one.is_film()
+        };
+        names(self, other) || names(other, self)
     }
 
     /// Heights of its lower and upper end, and lengths along x and y, mm, of a film.
@@ -275,6 +336,7 @@ impl CheckedSolid {
                 matches!(law, Reflector::Lambertian { .. } | Reflector::Absorbing)
             }
             SolidOptics::Diffusing { .. }
+            | SolidOptics::Hazy(_)
             | SolidOptics::Scattering(_)
             | SolidOptics::File { .. } => true,
             _ => false,
@@ -341,7 +403,7 @@ impl CheckedSolid {
     }
 
     /// Optical surfaces of the patches of its shape, between media of these indices, inner and
-    /// outer.
+    /// outer; of a film the upper and the lower face, if they lie between them.
     ///
     /// # Errors
     /// Scattering that does not fit the media.
@@ -350,24 +412,44 @@ impl CheckedSolid {
         shape: &Shape,
         wavelength_nm: f64,
         indices: [f64; 2],
+        faces: [bool; 2],
     ) -> anyhow::Result<Vec<SurfaceModel>> {
-        let key = |name: &str| format!("{}.{name}", self.table);
-        let all = self.optics(&self.surface.optics, shape, DVec3::Z, wavelength_nm, indices);
-        let all = all.with_context(|| key("scatter"))?;
+        let own = (&self.surface.optics, &self.coats);
+        let all = self.optics(own, shape, DVec3::Z, wavelength_nm, indices);
+        let all = all.with_context(|| format!("{}.scatter", self.table))?;
         let mut patches = vec![all; shape.patches()];
-        for (k, (name, patch)) in BOX_FACES.into_iter().enumerate() {
-            if let Some(face) = &self.surface.faces[k] {
-                let normal = [DVec3::Z, DVec3::NEG_Z][k];
-                let optics = self.optics(face, shape, normal, wavelength_nm, indices);
-                patches[patch] = optics.with_context(|| key(name))?;
+        for (k, (_, patch)) in BOX_FACES.into_iter().enumerate().filter(|(k, _)| faces[*k]) {
+            if let Some(optics) = self.face(k, shape, wavelength_nm, indices)? {
+                patches[patch] = optics;
             }
         }
         Ok(patches)
     }
 
+    /// The upper (0) or the lower face (1) of a film between media of these indices, if it does more
+    /// than refract.
+    ///
+    /// # Errors
+    /// Scattering that does not fit the media.
+    pub fn face(
+        &self,
+        k: usize,
+        shape: &Shape,
+        wavelength_nm: f64,
+        indices: [f64; 2],
+    ) -> anyhow::Result<Option<SurfaceModel>> {
+        let normal = [DVec3::Z, DVec3::NEG_Z][k];
+        let face = self.surface.faces[k].as_ref().map(|face| {
+            let optics =
+                self.optics((face, &self.face_coats[k]), shape, normal, wavelength_nm, indices);
+            optics.with_context(|| format!("{}.{}", self.table, BOX_FACES[k].0))
+        });
+        face.transpose()
+    }
+
     fn optics(
         &self,
-        optics: &SolidOptics,
+        (optics, coats): (&SolidOptics, &Coats),
         shape: &Shape,
         normal: DVec3,
         wavelength_nm: f64,
@@ -383,17 +465,23 @@ impl CheckedSolid {
                 let at = Context::new("");
                 SurfaceModel::Scatter(Arc::new(face.optics(&frame, wavelength_nm, indices, &at)?))
             }
-            SolidOptics::Refracting => {
-                let coated = self.coats.interface(wavelength_nm)?;
+            SolidOptics::Refracting | SolidOptics::Coated(_) => {
+                let coated = coats.interface(wavelength_nm)?;
                 coated.unwrap_or(SurfaceModel::Interface)
             }
             SolidOptics::Scattering(scattering) => SurfaceModel::Scatter(scattering.bsdf(indices)?),
             SolidOptics::Diffusing { reflection, transmission } => {
                 SurfaceModel::Scatter(Arc::new(Diffuser::new(*reflection, *transmission, indices)?))
             }
+            SolidOptics::Hazy(haze) => {
+                // Values were checked with the name of the file.
+                let shares = haze.shares(self.along_normal(), &Context::new(""))?;
+                let lobe = (haze.scattered, haze.lobe);
+                SurfaceModel::Scatter(Arc::new(HazyFace::new(shares, lobe, indices)?))
+            }
             SolidOptics::File { reflector, .. } => reflector.clone(),
             SolidOptics::Law(reflector) => {
-                let metal = self.coats.mirror(wavelength_nm, reflector.reflectance())?;
+                let metal = coats.mirror(wavelength_nm, reflector.reflectance())?;
                 metal.unwrap_or_else(|| reflector.optics())
             }
         })

@@ -29,7 +29,7 @@ use super::receivers::CheckedReceiver;
 use super::solids::CheckedSolid;
 use super::sources::CheckedSource;
 use super::{Design, Housing, Mirror};
-use crate::schema::{self, FilmTracing};
+use crate::schema::{self, FilmTracing, is_default};
 
 /// Takes a struct apart and lists the fields before `;` by name; those after it change no trace.
 macro_rules! fields {
@@ -144,12 +144,12 @@ impl Design {
     /// heights of films and what media are at several wavelengths.
     pub fn film_fields(&self) -> Value {
         let films = self.solids.iter().filter(|solid| solid.is_film()).map(|film| {
-            let CheckedSolid { stated_faces, medium, coats, files, .. } = film;
+            let CheckedSolid { stated_faces, medium, face_coats, files, .. } = film;
             json!({
                 "name": film.name(),
                 "faces": stated_faces,
                 "medium": medium.as_ref().map(medium_fields),
-                "coats": coats,
+                "coats": face_coats,
                 "files": files.iter().map(hash).collect::<Vec<_>>(),
             })
         });
@@ -277,12 +277,13 @@ fn solid_fields(solid: &CheckedSolid) -> Value {
         stated_faces,
         medium,
         coats,
+        face_coats,
         files,
         form,
         symmetry: _,
         surface: _,
     } = solid;
-    json!({
+    let mut fields = json!({
         "stated": stated,
         "faces": stated_faces,
         "medium": medium.as_ref().map(medium_fields),
@@ -290,7 +291,12 @@ fn solid_fields(solid: &CheckedSolid) -> Value {
         "files": files.iter().map(hash).collect::<Vec<_>>(),
         // A package that is traced by itself moves the solids of the array.
         "origin_mm": form.placement.origin.to_array(),
-    })
+    });
+    // Solids without such faces have the fields of designs that cannot say otherwise.
+    if !is_default(face_coats) {
+        fields["face_coats"] = json!(face_coats);
+    }
+    fields
 }
 
 fn hybrid_fields(hybrid: &schema::Hybrid, relief: ReliefModel) -> Value {

@@ -17,7 +17,8 @@ pub struct Film {
     /// Height of its lower face, mm; to 10 000, at least 1e-4 above what lies below. This of the
     /// lowest film; of others this or `gap_mm`.
     pub z_mm: Option<f64>,
-    /// Air between it and the film below, mm; 1e-4 to 10 000; default 0.01.
+    /// Air between it and the film below, mm; 1e-4 to 10 000, or 0 for optical contact; default
+    /// 0.01.
     pub gap_mm: Option<f64>,
     /// Thickness without grooves, mm; 1e-4 to 10 000.
     pub thickness_mm: f64,

@@ -258,6 +258,14 @@ pub enum ScatterLaw {
     Grooves(Grooves),
     /// A polarising sheet, which does not scatter; a face of `[[films]]` only.
     Polariser(PolariserKeys),
+    /// Stated shares of unpolarised light by wavelength and angle, without scattering, likewise: an
+    /// edge filter, a panel.
+    Filter(FilterKeys),
+    /// Thin layers, likewise.
+    Coated(CoatedFace),
+    /// A diffuser by the data sheet of its film, haze and total transmittance; a face of `[[films]]` or
+    /// a sheet.
+    Haze(HazeKeys),
 }
 
 impl Kinds for ScatterLaw {
@@ -343,34 +351,59 @@ pub struct Grooves {
     pub direction_deg: Option<f64>,
 }
 
-/// Keys of a polariser: `pass`, with or without `block`, or `transmittance`.
+/// Keys of a polariser: `pass`, with or without `block`.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct PolariserKeys {
     /// Direction of the pass axis, from the x axis, degrees; -360 to 360; default 0.
     pub axis_deg: Option<f64>,
-    /// Light along the pass axis: a table of `transmittance` and `reflectance`, as below; needs
+    /// Light along the pass axis: a table of `transmittance` and `reflectance`, as of `filter`; needs
     /// `light.polarization = "carried"`.
-    pub pass: Option<PolariserAxis>,
+    pub pass: Option<FilterKeys>,
     /// Light along the block axis, likewise; default all absorbed.
-    pub block: Option<PolariserAxis>,
-    /// In place of `pass` and `block`, for unpolarised light, which leaves so: a number from 0 to 1,
-    /// rows [angle in degrees, share], or rows [wavelength in nm, angle, share].
+    pub block: Option<FilterKeys>,
+    /// Former place of the keys of `filter`, which is refused.
+    #[schemars(skip)]
     pub transmittance: Option<ByAngle>,
-    /// Beside it, likewise; with it at most 1; default 0.
+    /// Likewise.
+    #[schemars(skip)]
     pub reflectance: Option<ByAngle>,
 }
 
-/// Shares of one axis of a polariser; what they leave of 1 is absorbed.
+/// Keys of a filter, and shares of one axis of a polariser; what they leave of 1 is absorbed.
 #[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct PolariserAxis {
-    /// Transmitted share; default 0.
+pub struct FilterKeys {
+    /// Transmitted share: a number from 0 to 1, rows [angle in degrees, share], or rows [wavelength
+    /// in nm, angle, share]; default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub transmittance: Option<ByAngle>,
-    /// Reflected share; default 0.
+    /// Reflected share, likewise; with `transmittance` at most 1; default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reflectance: Option<ByAngle>,
+}
+
+/// Keys of a diffuser by its haze, in air at normal incidence.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HazeKeys {
+    /// Total transmittance of the film, with this face and a smooth one, 0 to 1.
+    pub total_transmittance: f64,
+    /// Share of the transmitted light that leaves more than 2.5 degrees off the beam, 0 to 1.
+    pub haze: f64,
+    /// Reflectance of the same film, 0 to 1; default so that its face absorbs nothing.
+    pub total_reflectance: Option<f64>,
+    /// Full width at half maximum of the intensity of what is scattered, degrees; 0.001 to 180. What
+    /// makes no haze goes straight on. Default the width at which all light is scattered.
+    pub scattered_width_deg: Option<f64>,
+}
+
+/// Keys of a face with thin layers.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CoatedFace {
+    /// Layers from the film outwards, at least one, as `dome.coating`.
+    pub coating: Vec<Layer>,
 }
 
 /// A share at every angle of incidence and wavelength.

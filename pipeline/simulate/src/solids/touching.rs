@@ -30,6 +30,8 @@ pub(super) struct Displacement(Vec<Vec<usize>>);
 /// A part of the surface of a solid, and what lies on its outer side.
 pub(super) struct Part {
     pub outer: Region,
+    /// The number of the solid there, if it is in contact.
+    pub with: Option<usize>,
     pub clips: Vec<Clip>,
 }
 
@@ -97,11 +99,11 @@ impl Displacement {
         let beyond = |count: usize| displaced[..count].iter().map(|other| clip(*other, false));
         let beside = displaced.iter().enumerate().map(|(k, other)| Part {
             outer: objects[*other].inner,
+            with: Some(*other),
             clips: ended.iter().cloned().chain([clip(*other, true)]).chain(beyond(k)).collect(),
         });
-        let rest =
-            Part { outer, clips: ended.iter().cloned().chain(beyond(displaced.len())).collect() };
-        beside.chain([rest]).collect()
+        let clips = ended.iter().cloned().chain(beyond(displaced.len())).collect();
+        beside.chain([Part { outer, with: None, clips }]).collect()
     }
 
     /// True if two solids are in contact.
