@@ -21,6 +21,7 @@ mod package;
 mod polariser;
 mod positions;
 mod receivers;
+mod relief;
 mod scattering;
 mod solids;
 mod source_spectra;

@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use bsdf::{DiffuseLaw, DiffuseLobe, GaussianLobe};
+use bsdf::{DiffuseLaw, DiffuseLobe, GaussianLobe, ReliefShape};
 use tracer::SurfaceModel;
 
 use formats::scattering::{self, Scattering};
@@ -15,7 +15,7 @@ use metrics::digits::shortest;
 use runtime::provenance::FileRecord;
 
 use super::form::{self, SolidTable};
-use super::{grooves, package, polariser};
+use super::{grooves, package, polariser, relief};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::films::Stack;
@@ -151,6 +151,15 @@ impl SolidTable<'_> {
             }
             ScatterLaw::Prisms(stated) => SolidOptics::Grooved(grooves::prisms(stated, key, at)?),
             ScatterLaw::Grooves(stated) => SolidOptics::Grooved(grooves::any(stated, key, at)?),
+            ScatterLaw::Microlenses(stated) => {
+                SolidOptics::Relief(relief::resolve(stated, ReliefShape::Lens, key, at)?)
+            }
+            ScatterLaw::Pyramids(stated) => {
+                SolidOptics::Relief(relief::resolve(stated, ReliefShape::Pyramid, key, at)?)
+            }
+            ScatterLaw::Cones(stated) => {
+                SolidOptics::Relief(relief::resolve(stated, ReliefShape::Cone, key, at)?)
+            }
             ScatterLaw::Polariser(stated) => {
                 SolidOptics::Polarising(polariser::resolve(stated, key, self)?)
             }
@@ -188,9 +197,13 @@ pub(super) fn resolve_one(
     let mut stack = Stack::new(table, &keys.coating, folder, at)?;
     let optics = match (&keys.scatter, &keys.surface) {
         (Some(scatter), _) => match &scatter.kind {
-            ScatterLaw::Prisms(_) | ScatterLaw::Grooves(_) | ScatterLaw::Polariser(_) => {
-                let expected = "file, lambertian or gaussian: prisms, grooves and polarisers are \
-                                of a face of [[films]]";
+            ScatterLaw::Prisms(_)
+            | ScatterLaw::Grooves(_)
+            | ScatterLaw::Microlenses(_)
+            | ScatterLaw::Pyramids(_)
+            | ScatterLaw::Cones(_)
+            | ScatterLaw::Polariser(_) => {
+                let expected = "file, lambertian or gaussian: the others are of a face of [[films]]";
                 return Err(at.value(&key("scatter.kind"), scatter.kind_name(), expected));
             }
             law => read.scattering(law, &key("scatter"), &mut files)?,
