@@ -18,8 +18,11 @@ use crate::common::{BODY, assert_none_lost, single, trace};
 const INDEX: f64 = 1.586;
 /// Depth of the body under the relief, in pitches.
 const DEPTH: f64 = 6.0;
-/// Cells on each side of the middle one.
-const CELLS: i32 = 2;
+
+/// Cells on each side of the middle one: light that leaves along a valley meets others until it is out.
+fn cells(relief: &Relief) -> i32 {
+    if relief.shape == ReliefShape::Pyramid { 12 } else { 4 }
+}
 
 /// Lengths without rounding of sums, so that cells share their corners to the bit.
 fn level(v: DVec3) -> DVec3 {
@@ -33,7 +36,7 @@ fn over_cell(relief: &Relief) -> Vec<[DVec3; 3]> {
     let (sides, rings) = match relief.shape {
         ReliefShape::Pyramid => (count, 1),
         ReliefShape::Cone => (768, 1),
-        ReliefShape::Lens => (192, 32),
+        ReliefShape::Lens => (144, 24),
     };
     let azimuth = |k: usize| TAU * (k as f64 / sides as f64 + 0.5 / count as f64);
     let to_border = |k: usize| {
@@ -54,12 +57,12 @@ fn over_cell(relief: &Relief) -> Vec<[DVec3; 3]> {
                 (radius * angle.sin(), if ring == rings { 0.0 } else { z })
             }
         };
-        level(DVec3::new(r * cos, r * sin, if relief.is_pressed_in { -z } else { z }))
+        DVec3::new(r * cos, r * sin, if relief.is_pressed_in { -z } else { z })
     };
     let tip = if relief.is_pressed_in { -relief.height } else { relief.height };
     let mut triangles = Vec::new();
     for k in 0..sides {
-        triangles.push([level(DVec3::Z * tip), point(1, k), point(1, k + 1)]);
+        triangles.push([DVec3::Z * tip, point(1, k), point(1, k + 1)]);
         for ring in 1..=rings {
             let [a, b] = [point(ring, k), point(ring, k + 1)];
             let [c, d] = [point(ring + 1, k), point(ring + 1, k + 1)];
@@ -81,9 +84,10 @@ fn body(relief: &Relief) -> Mesh {
     };
     let own = over_cell(relief);
     let mut triangles = Vec::new();
-    for j in -CELLS..=CELLS {
-        for i in -CELLS..=CELLS {
-            if relief.lattice == ReliefLattice::Hexagonal && (i + j).abs() > CELLS {
+    let cells = cells(relief);
+    for j in -cells..=cells {
+        for i in -cells..=cells {
+            if relief.lattice == ReliefLattice::Hexagonal && (i + j).abs() > cells {
                 continue;
             }
             let middle = f64::from(i) * along + f64::from(j) * relief.pitch * across;
@@ -155,7 +159,7 @@ fn compare(relief: Relief, direction: DVec3) -> f64 {
     let patches = vec![Patch::new("relief", SurfaceModel::Interface), black("rest")];
     let mesh = lit(meshed, patches, &relief, direction, paths);
 
-    let wide = 2.0 * f64::from(CELLS) * relief.pitch;
+    let wide = 2.0 * f64::from(cells(&relief)) * relief.pitch;
     let [low, high] = [DVec3::new(-wide, -wide, -DEPTH * relief.pitch), DVec3::new(wide, wide, 0.0)];
     let flat = Shape::cuboid(low, high).expect("a box");
     let cell = ReliefCell::new(relief, [INDEX, 1.0]).expect("a relief");
