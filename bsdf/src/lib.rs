@@ -94,6 +94,4 @@ pub use direction::Side;
 pub use error::Error;
 pub use measured::{LobeMotion, MeasuredBsdf};
 pub use order_table::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, TableHeader};
-pub use ray_optics::{
-    Outline, Polygon, Relief, ReliefCell, ReliefLattice, ReliefShape, UnitCell,
-};
+pub use ray_optics::{Outline, Polygon, Relief, ReliefCell, ReliefLattice, ReliefShape, UnitCell};

@@ -160,7 +160,8 @@ fn compare(relief: Relief, direction: DVec3) -> f64 {
     let mesh = lit(meshed, patches, &relief, direction, paths);
 
     let wide = 2.0 * f64::from(cells(&relief)) * relief.pitch;
-    let [low, high] = [DVec3::new(-wide, -wide, -DEPTH * relief.pitch), DVec3::new(wide, wide, 0.0)];
+    let [low, high] =
+        [DVec3::new(-wide, -wide, -DEPTH * relief.pitch), DVec3::new(wide, wide, 0.0)];
     let flat = Shape::cuboid(low, high).expect("a box");
     let cell = ReliefCell::new(relief, [INDEX, 1.0]).expect("a relief");
     let frame = flat.frame(DVec3::ZERO, DVec3::Z);

@@ -98,11 +98,19 @@ struct Ray {
 /// Next event of a ray, at distance `t`.
 enum Step {
     /// The surface of the body.
-    Body { t: f64, normal: DVec3 },
+    Body {
+        t: f64,
+        normal: DVec3,
+    },
     /// The plane.
-    Plane { t: f64 },
+    Plane {
+        t: f64,
+    },
     /// The border to a neighbour.
-    Wrap { t: f64, to: DVec2 },
+    Wrap {
+        t: f64,
+        to: DVec2,
+    },
     Leave,
     Lost,
 }
@@ -123,9 +131,7 @@ impl Body {
                 let radius = 0.5 * (half * half + height * height) / height;
                 Self::Quadric { e: 1.0, z0: height - radius, s: radius * radius }
             }
-            ReliefShape::Cone => {
-                Self::Quadric { e: -(half / height).powi(2), z0: height, s: 0.0 }
-            }
+            ReliefShape::Cone => Self::Quadric { e: -(half / height).powi(2), z0: height, s: 0.0 },
             ReliefShape::Pyramid => {
                 let scale = half.hypot(height);
                 let plane = |n: &DVec2| ((n * height).extend(half) / scale, half * height / scale);

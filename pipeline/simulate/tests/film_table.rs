@@ -265,7 +265,8 @@ fn reliefs_leave_the_mirror_planes_that_they_have() {
         let design = parsed("specular", &[LINE, &faces(top, bottom)]);
         treatment(&design).describe().expect("films")
     };
-    let (own, other) = ("(with two mirror planes, mirrored by", "(with two mirror planes, film by film");
+    let (own, other) =
+        ("(with two mirror planes, mirrored by", "(with two mirror planes, film by film");
     for (cell, direction_deg, words) in [
         ("square", 0.0, own),
         ("square", 45.0, own),
@@ -274,8 +275,7 @@ fn reliefs_leave_the_mirror_planes_that_they_have() {
         ("hexagonal", -90.0, own),
         ("hexagonal", 45.0, other),
     ] {
-        let top =
-            format!("kind = \"cones\", cell = \"{cell}\", direction_deg = {direction_deg:?}");
+        let top = format!("kind = \"cones\", cell = \"{cell}\", direction_deg = {direction_deg:?}");
         let alone = described(&top, "kind = \"lambertian\", transmitted = 1.0, reflected = 0.0");
         assert!(alone.contains(words), "{top}: {alone}");
     }

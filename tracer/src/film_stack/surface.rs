@@ -106,8 +106,7 @@ impl StackSurface {
         let count = paths.div_ceil(groups);
         let of_group = |group: u64| {
             let seed = self.settings.seed ^ SALT;
-            let streams =
-                Streams::new(&mut random::stream(seed, 2 * group + side.index() as u64));
+            let streams = Streams::new(&mut random::stream(seed, 2 * group + side.index() as u64));
             let mut shares = [0.0; 3];
             let begin = &mut |rng: &mut PathStream| {
                 random::cosine(rng, 1.0) * DVec3::new(1.0, 1.0, -side.sign())
@@ -161,8 +160,9 @@ impl Bsdf for StackSurface {
     /// ones whenever it is asked for.
     fn lobes(&self, wi: DVec3, _polarisation: LobePolarisation) -> Vec<OutgoingLobe> {
         let bits = wi.to_array().map(f64::to_bits);
-        let number =
-            bits.into_iter().fold(0_u64, |all, own| (all ^ own).wrapping_mul(0x9e37_79b9_7f4a_7c15));
+        let number = bits
+            .into_iter()
+            .fold(0_u64, |all, own| (all ^ own).wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let streams = Streams::new(&mut random::stream(self.settings.seed, number));
         let share = 1.0 / self.settings.paths as f64;
         let leaving = self.leaving(wi, self.settings.paths, &streams).into_iter();

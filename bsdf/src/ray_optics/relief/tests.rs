@@ -183,7 +183,11 @@ fn power_closes_and_no_ray_is_lost() {
             assert_abs_diff_eq!(sample.wo.length(), 1.0, epsilon = 1e-12);
             if k % 4000 < 2 {
                 let lobes = cell.lobes(wi, Polarisation::Unpolarised);
-                assert_abs_diff_eq!(lobes.iter().map(|l| l.power).sum::<f64>(), 1.0, epsilon = 1e-9);
+                assert_abs_diff_eq!(
+                    lobes.iter().map(|l| l.power).sum::<f64>(),
+                    1.0,
+                    epsilon = 1e-9
+                );
             }
         }
         assert_eq!(cell.lost(), 0, "{relief:?}");

@@ -203,7 +203,8 @@ pub(super) fn resolve_one(
             | ScatterLaw::Pyramids(_)
             | ScatterLaw::Cones(_)
             | ScatterLaw::Polariser(_) => {
-                let expected = "file, lambertian or gaussian: the others are of a face of [[films]]";
+                let expected =
+                    "file, lambertian or gaussian: the others are of a face of [[films]]";
                 return Err(at.value(&key("scatter.kind"), scatter.kind_name(), expected));
             }
             law => read.scattering(law, &key("scatter"), &mut files)?,

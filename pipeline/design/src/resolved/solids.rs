@@ -391,9 +391,7 @@ impl CheckedSolid {
             SolidOptics::Grooved(face) => {
                 face.optics(&shape.frame(DVec3::ZERO, normal), indices)?
             }
-            SolidOptics::Relief(face) => {
-                face.optics(&shape.frame(DVec3::ZERO, normal), indices)?
-            }
+            SolidOptics::Relief(face) => face.optics(&shape.frame(DVec3::ZERO, normal), indices)?,
             SolidOptics::Polarising(face) => {
                 let frame = shape.frame(DVec3::ZERO, normal);
                 // Shares were checked with the name of the file.

@@ -356,7 +356,7 @@ pub struct Grooves {
 pub struct Relief {
     /// Distance of the middles of neighbouring cells, µm; 1e-6 to 1e7; default 50.
     pub pitch_um: Option<f64>,
-    /// Arrangement of the cells.
+    /// Form of the cells; default `"square"`.
     #[serde(skip_serializing_if = "is_default")]
     pub cell: ReliefCells,
     /// Diameter of a lens or cone, or distance of opposite sides of a pyramid, where it stands, µm;
@@ -369,7 +369,7 @@ pub struct Relief {
     /// Angle at the tip of pyramids, between opposite faces, and cones, degrees; 10 to 170; default
     /// 90.
     pub apex_deg: Option<f64>,
-    /// True for hollows in the film.
+    /// True for hollows in the film; default false.
     #[serde(skip_serializing_if = "is_default")]
     pub pressed_in: bool,
     /// Direction from cell to cell, from the x axis, degrees; -360 to 360; default 0.
