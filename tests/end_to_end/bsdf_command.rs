@@ -156,10 +156,10 @@ fn the_film_stack_becomes_a_file() {
     }
     for (arguments, words) in [
         (&["--films", "--format", "step"][..], "--format: expected zemax, lighttools, speos, klems"),
-        (&["--tree-log2", "3"], "--tree-log2: expected it beside --films"),
-        (&["--films", "--rings", "5"], "--rings"),
+        (&["--tree-log2", "3"][..], "--tree-log2: expected it beside --films"),
+        (&["--films", "--rings", "5"][..], "--rings"),
     ] {
-        let output = batwing(at).args([&["bsdf", &design], arguments].concat()).output();
+        let output = batwing(at).args([&["bsdf", &design][..], arguments].concat()).output();
         let output = output.expect("runs");
         let text = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success() && text.contains(words), "{text}");
