@@ -155,7 +155,10 @@ fn the_film_stack_becomes_a_file() {
         assert!(back["most_power"].as_f64().is_some_and(|most| most <= 1.0 + 1e-6), "{back}");
     }
     for (arguments, words) in [
-        (&["--films", "--format", "step"][..], "--format: expected zemax, lighttools, speos, klems"),
+        (
+            &["--films", "--format", "step"][..],
+            "--format: expected zemax, lighttools, speos, klems",
+        ),
         (&["--tree-log2", "3"][..], "--tree-log2: expected it beside --films"),
         (&["--films", "--rings", "5"][..], "--rings"),
     ] {

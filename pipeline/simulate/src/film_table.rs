@@ -2,13 +2,13 @@
 //! The films of a design as one layer: whether light that meets them takes an outcome of a table, and
 //! the films alone, of which the tracer draws the outcomes.
 
-use anyhow::{Context, Result, bail};
+use anyhow::Result;
 use serde_json::{Value, json};
 use tracer::glam::DVec3;
 use tracer::receiver::{Sense, underscored};
 use tracer::{
     Emission, Emitter, FilmTable, Filter, Measurement, Medium, Passage, Patch, Prototype, Region,
-    Scene, SceneBuilder, Shape, Source, StackBorder, StackSurface, StackSymmetry, Surface,
+    Scene, SceneBuilder, Shape, Source, StackBorder, StackSymmetry, Surface,
 };
 
 use design::Design;
@@ -19,8 +19,6 @@ use design::schema::FilmTracing;
 use design::schema::solids::Per;
 use metrics::kinds::Carrying;
 use runtime::store::program_sha256;
-
-use super::scene;
 
 /// Half the lengths of films without ends, mm.
 const ENDLESS_MM: f64 = 1e4;
@@ -328,32 +326,8 @@ fn level_mm(z_mm: f64) -> f64 {
     (z_mm * 1e9).round() / 1e9
 }
 
-/// The films of `design` as one surface at its wavelength, of which `paths` rays stand for an incidence.
-///
-/// # Errors
-/// A design without films, or with films that convert light; scattering that does not fit the media.
-pub fn surface(design: &Design, paths: u64, seed: u64) -> Result<StackSurface> {
-    let file = &design.provenance.file;
-    let mut films = design.solids.iter().filter(|solid| solid.is_film());
-    let lowest = films.clone().find_map(CheckedSolid::film_mm);
-    let ([low, _], _) =
-        lowest.with_context(|| format!("{file}: films: expected at least one table, got none"))?;
-    let converts = |film: &&CheckedSolid| {
-        film.medium.as_ref().is_some_and(|medium| !medium.luminophores.is_empty())
-    };
-    if let Some(film) = films.find(converts) {
-        bail!(
-            "{file}: {}.medium.luminophores: expected films that keep the wavelength of light, which \
-             a scattering file does not change, got {:?}",
-            film.table,
-            film.name()
-        );
-    }
-    Ok(StackSurface::new(alone(design, low)?, scene::settings(design, paths, seed))?)
-}
-
 /// The films of `design` alone and without ends, the lowest face at the height 0.
-fn alone(design: &Design, low_mm: f64) -> Result<Scene> {
+pub(super) fn alone(design: &Design, low_mm: f64) -> Result<Scene> {
     let mut body = Prototype::default();
     let films = design.solids.iter().filter(|solid| solid.is_film());
     for (number, film) in films.enumerate() {

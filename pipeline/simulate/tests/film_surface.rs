@@ -15,7 +15,7 @@ use formats::{Writer, Writes, window, zemax};
 use runtime::interrupt::Interrupt;
 use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
-use simulate::film_table;
+use simulate::film_surface;
 use simulate::model::Model;
 use simulate::trace::observe;
 
@@ -66,7 +66,7 @@ fn parsed(films: &str, folder: &Path) -> Design {
 /// Writes the films of a design, with this number of paths for an incidence.
 fn written(design: &Design, writer: &Writer, fineness: &Fineness, path: &Path) {
     let samples = fineness.resolution.samples as u64;
-    let surface = film_table::surface(design, PATHS / samples, 5).expect("films");
+    let surface = film_surface::surface(design, PATHS / samples, 5).expect("films");
     let Writes::Cells { write, .. } = writer.writes else { panic!("cells") };
     let cells = CellTable { surface: &surface, fineness, wavelength_nm: Some(550.0) };
     let files = write(&cells, path).expect("a file");
@@ -94,7 +94,7 @@ fn agree(what: &str, value: f64, expected: f64, error: f64) {
 #[test]
 fn a_clear_plate_is_its_closed_form() {
     let design = parsed(CLEAR, Path::new(""));
-    let surface = film_table::surface(&design, PATHS, 1).expect("films");
+    let surface = film_surface::surface(&design, PATHS, 1).expect("films");
     for side in Side::BOTH {
         for (theta, phi) in [(0.0_f64, 0.0), (0.7, 1.0), (1.3, 4.0)] {
             let wi = spherical(theta, phi) * glam::DVec3::new(1.0, 1.0, side.sign());
@@ -139,7 +139,7 @@ fn what_passes_comes_back_and_is_absorbed_is_all() {
     let carried = BOX.replace("550.0 }", "550.0, polarization = \"carried\" }");
     let polarised = design::parse("own.toml", &format!("{carried}{STACK}{sheet}"), Path::new(""));
     for design in [parsed(STACK, Path::new("")), polarised.expect("a design")] {
-        let surface = film_table::surface(&design, 64, 1).expect("films");
+        let surface = film_surface::surface(&design, 64, 1).expect("films");
         for side in Side::BOTH {
             let shares = surface.shares(side, 20_000);
             let parts = [shares.reflected, shares.transmitted, shares.absorbed];
@@ -156,7 +156,7 @@ fn what_passes_comes_back_and_is_absorbed_is_all() {
 fn files_hold_the_shares_of_diffuse_light() {
     let folder = tempfile::tempdir().expect("a folder");
     let design = parsed(STACK, folder.path());
-    let surface = film_table::surface(&design, 1, 9).expect("films");
+    let surface = film_surface::surface(&design, 1, 9).expect("films");
     let cells = AngularBasis::klems();
     for (name, writer) in [("klems.xml", &window::KLEMS), ("tree.xml", &window::TENSOR_TREE)] {
         written(&design, writer, &fineness(), &folder.path().join(name));
@@ -234,7 +234,7 @@ fn a_file_in_place_of_the_films_lets_the_same_light_out() {
 fn stacks_that_no_file_holds_are_refused() {
     let refused = |films: &str| {
         let design = parsed(films, Path::new(""));
-        film_table::surface(&design, 1, 1).err().expect("refused").to_string()
+        film_surface::surface(&design, 1, 1).err().expect("refused").to_string()
     };
     assert!(refused("").contains("own.toml: films: expected at least one table, got none"));
     let dots = r#"

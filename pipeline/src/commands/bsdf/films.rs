@@ -11,7 +11,7 @@ use formats::tables::{self, CellTable};
 use formats::{Holds, Writes, window, words};
 use metrics::digits::{format_value_with_error, shortest};
 use runtime::run_context::RunContext;
-use simulate::{film_table, scene_check};
+use simulate::{film_surface, scene_check};
 
 use super::BsdfArgs;
 use crate::commands::outputs::writable;
@@ -30,7 +30,7 @@ pub fn run(arguments: &BsdfArgs, context: RunContext) -> Result<()> {
     let samples = fineness.resolution.samples as u64;
     // Each of the incidences that a file averages has its part of the paths.
     let each = arguments.paths.div_ceil(samples);
-    let surface = film_table::surface(&design, each, context.seed)?;
+    let surface = film_surface::surface(&design, each, context.seed)?;
     writable(&arguments.out)?;
     let path = arguments.out.join(format!("{}-films.{}", design.name, format.endings[0]));
     let wavelength_nm = Some(design.wavelength_nm);
