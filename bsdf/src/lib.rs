@@ -11,6 +11,7 @@
 //! |---|---|
 //! | [`OrderTable`] | efficiencies of diffraction orders over both hemispheres of incidence, from any solver |
 //! | [`UnitCell`] | ray optics in one period of a relief, the control without diffraction |
+//! | [`ReliefCell`] | ray optics in one cell of lenses, pyramids or cones |
 //! | [`MeasuredBsdf`] | tables on cells of direction, from files of Zemax, LightTools, WINDOW and Radiance |
 //! | [`SmoothInterface`], [`Mirror`], [`Lambertian`] | closed forms |
 //! | [`Diffuser`] | stated shares by the cosine law or in Gaussian lobes |
@@ -94,4 +95,4 @@ pub use direction::Side;
 pub use error::Error;
 pub use measured::{LobeMotion, MeasuredBsdf};
 pub use order_table::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, TableHeader};
-pub use ray_optics::{Outline, Polygon, UnitCell};
+pub use ray_optics::{Outline, Polygon, Relief, ReliefCell, ReliefLattice, ReliefShape, UnitCell};

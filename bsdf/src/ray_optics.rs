@@ -11,10 +11,13 @@
 //! light at each facet as unpolarised, so lobes for s or p are those for unpolarised light.
 
 mod beams;
+mod crossing;
 mod outline;
 mod ray;
+mod relief;
 
 pub use outline::{Outline, Polygon};
+pub use relief::{Relief, ReliefCell, ReliefLattice, ReliefShape};
 
 use crate::bsdf::{
     Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, PolarisedBsdf, Transport, s_axis,
@@ -22,6 +25,7 @@ use crate::bsdf::{
 use crate::direction::{Side, Wavevector};
 use crate::error::Error;
 use crate::stokes;
+use crossing::Carried;
 use glam::{DVec2, DVec3};
 use outline::Facet;
 use rand::RngExt;
@@ -211,23 +215,15 @@ impl PolarisedBsdf for UnitCell {
     fn sample_polarised(
         &self,
         wi: DVec3,
-        mut light: [f64; 3],
+        light: [f64; 3],
         rng: &mut dyn rand::Rng,
     ) -> Option<(BsdfSample, [f64; 3])> {
-        let mut s = self.in_cell(s_axis(wi));
+        let mut carried = Carried { light, s: self.in_cell(s_axis(wi)) };
         let sample = self.followed(wi, rng, |ray, hit, rng| {
-            let k = ray.direction();
             let normal = DVec3::new(hit.normal.x, 0.0, hit.normal.y);
-            let across = k.cross(normal).try_normalize();
-            let across = across.unwrap_or_else(|| k.any_orthonormal_vector());
-            light = stokes::turned(light, k, s, across);
-            s = across;
-            let [reflected, refracted] = hit.amplitudes();
-            let (back, share) = stokes::passed(light, reflected);
-            let reflects = hit.reflectance >= 1.0 || rng.random::<f64>() < share;
-            light = if reflects { back } else { stokes::passed(light, refracted).0 };
-            reflects
+            carried.reflects(ray.direction(), normal, &hit.crossing, rng)
         })?;
+        let Carried { light, s } = carried;
         let axis = self.in_cell(s_axis(sample.wo));
         Some((sample, stokes::turned(light, self.in_cell(sample.wo), s, axis)))
     }

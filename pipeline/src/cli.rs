@@ -99,7 +99,7 @@ pub enum Command {
     /// Turn the numbers of a design in a page on this machine, and see its light at once
     #[command(after_help = "Example: batwing explore data/designs/d1.toml")]
     Explore(ExploreArgs),
-    /// Compute the tables of diffraction orders of a design
+    /// Compute the tables of diffraction orders of a design, or its film stack as a file
     #[command(
         after_help = "Example: batwing bsdf data/designs/d2.toml --rings 5,75,165 --tolerance 1e-3 --out tables-d2"
     )]

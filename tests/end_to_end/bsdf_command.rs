@@ -6,7 +6,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::support::binary::batwing;
+use crate::support::binary::{batwing, json};
 use crate::support::runs::{changed, contents, files, interrupted, partial};
 use batwing_tests::bad_input::good;
 use bsdf::native;
@@ -132,4 +132,39 @@ fn tables_larger_than_the_memory_allowed_are_refused_before_they_are_begun() {
         assert!(message.contains(words), "{message}");
     }
     assert!(names(folder.path()).iter().all(|n| !n.starts_with("out")));
+}
+
+/// The film stack of a design as files of other programs, with what it does to diffuse light.
+#[test]
+fn the_film_stack_becomes_a_file() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let said = json(at, &["new", "own", "--template", "backlight"]);
+    let design = said["file"].as_str().unwrap_or("own.toml").to_owned();
+    for format in ["klems", "zemax"] {
+        let coarse = ["--incidence-step", "30", "--azimuth-step", "90", "--scatter-step", "10"];
+        let films = ["bsdf", &design, "--films", "--format", format, "--paths", "64", "--out", "."];
+        let said = json(at, &[&films[..], &coarse[..]].concat());
+        for from in ["from_below", "from_above"] {
+            let shares = said["diffuse_light"][from].as_object().expect("shares").values();
+            let sum: f64 = shares.filter_map(|share| share["value"].as_f64()).sum();
+            assert!((sum - 1.0).abs() < 1e-9, "{said}");
+        }
+        let file = said["files"][0]["file"].as_str().expect("a file");
+        let back = json(at, &["import", file]);
+        assert!(back["most_power"].as_f64().is_some_and(|most| most <= 1.0 + 1e-6), "{back}");
+    }
+    for (arguments, words) in [
+        (
+            &["--films", "--format", "step"][..],
+            "--format: expected zemax, lighttools, speos, klems",
+        ),
+        (&["--tree-log2", "3"][..], "--tree-log2: expected it beside --films"),
+        (&["--films", "--rings", "5"][..], "--rings"),
+    ] {
+        let output = batwing(at).args([&["bsdf", &design][..], arguments].concat()).output();
+        let output = output.expect("runs");
+        let text = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && text.contains(words), "{text}");
+    }
 }

@@ -81,7 +81,9 @@ pub use glam;
 
 pub use checkpoint::CheckpointStore;
 pub use error::Error;
-pub use film_stack::{FilmTable, Passage, StackBorder, StackSymmetry, TabulatedFilms};
+pub use film_stack::{
+    FilmTable, Passage, StackBorder, StackShares, StackSurface, StackSymmetry, TabulatedFilms,
+};
 pub use ledger::{Ledger, Loss};
 pub use observer::{Fate, Interaction, Observer};
 pub use optics::luminescence::Luminophore;

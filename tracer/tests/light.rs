@@ -10,6 +10,7 @@ mod low_discrepancy;
 mod luminescence;
 mod matrices;
 mod mixed;
+mod reliefs;
 mod samplers;
 mod sampling;
 mod scattering;

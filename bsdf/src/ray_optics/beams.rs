@@ -135,10 +135,10 @@ fn collected(mut ends: impl Iterator<Item = DVec2>) -> Option<[DVec2; 2]> {
 }
 
 /// SplitMix64: a fixed sequence of uniform numbers in 0..1 (Steele, Lea, Flood, OOPSLA 2014).
-struct SplitMix64(u64);
+pub(super) struct SplitMix64(pub u64);
 
 impl SplitMix64 {
-    fn next(&mut self) -> f64 {
+    pub fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut bits = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

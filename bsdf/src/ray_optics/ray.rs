@@ -7,12 +7,10 @@
 //! lost to rounding and is reported so.
 
 use super::UnitCell;
+use super::crossing::Crossing;
 use super::outline::Facet;
-use crate::analytic::fresnel_normal;
-use crate::bsdf::Polarisation;
 use crate::direction::Side;
 use glam::{DVec2, DVec3};
-use num_complex::Complex64;
 
 /// Steps after which a ray counts as lost.
 pub(super) const MAX_STEPS: usize = 100_000;
@@ -73,23 +71,7 @@ pub(super) struct FacetInteraction {
     pub refracted: Ray,
     /// Unit normal of the facet in x and z, in either sense.
     pub normal: DVec2,
-    /// Indices of the media in which the ray arrives and beyond.
-    media: [f64; 2],
-    /// Normal component of the wavevector that arrives, without sign, and the square of that
-    /// beyond.
-    across: [f64; 2],
-}
-
-impl FacetInteraction {
-    /// Amplitudes of s and p, reflected and refracted, scaled so that their squares are shares of
-    /// the power; at normal incidence r_s = -r_p.
-    pub fn amplitudes(&self) -> [[Complex64; 2]; 2] {
-        let ([e1, e2], [q1, q2_squared]) = (self.media.map(|n| n * n), self.across);
-        let q2 = Complex64::from(q2_squared).sqrt();
-        let reflected = [(q1 - q2) / (q1 + q2), (e2 * q1 - e1 * q2) / (e2 * q1 + e1 * q2)];
-        let left = |r: Complex64| Complex64::from((1.0 - r.norm_sqr()).max(0.0).sqrt());
-        [reflected, reflected.map(left)]
-    }
+    pub crossing: Crossing,
 }
 
 impl UnitCell {
@@ -165,28 +147,21 @@ impl UnitCell {
             Ray { kx: ray.kx - 2.0 * normal * nx, kz: ray.kz - 2.0 * normal * nz, ..start };
         // The tangential wavevector is conserved along b and along the facet.
         let q2_squared = n2 * n2 - ray.ky * ray.ky - tangent * tangent;
-        let total = FacetInteraction {
-            reflectance: 1.0,
-            reflected,
-            refracted: reflected,
-            normal: DVec2::new(nx, nz),
-            media: [n1, n2],
-            across: [normal.abs(), q2_squared],
-        };
-        if q2_squared <= 0.0 {
-            return total;
-        }
-        let q2 = q2_squared.sqrt();
-        let along = q2.copysign(normal);
+        let crossing = Crossing { media: [n1, n2], across: [normal.abs(), q2_squared] };
+        let along = q2_squared.max(0.0).sqrt().copysign(normal);
         let refracted = Ray {
             kx: tangent * nz + along * nx,
             kz: -tangent * nx + along * nz,
             index: n2,
             ..start
         };
-        let reflectance =
-            fresnel_normal(n1, n2, normal.abs(), q2).for_polarisation(Polarisation::Unpolarised);
-        FacetInteraction { reflectance, refracted, ..total }
+        FacetInteraction {
+            reflectance: crossing.reflectance(),
+            reflected,
+            refracted,
+            normal: facet.normal,
+            crossing,
+        }
     }
 }
 

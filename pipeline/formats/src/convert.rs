@@ -203,7 +203,8 @@ impl Smearing {
 
     /// Records the distances of neighbouring orders.
     pub(crate) fn neighbours(&mut self, lobes: &[&OutgoingLobe]) {
-        let strong: Vec<DVec3> = lobes.iter().filter(|l| l.power >= COUNTS).map(|l| l.wo).collect();
+        let is_order = |l: &&&OutgoingLobe| l.power >= COUNTS && l.lobe.kind != LobeKind::Cell;
+        let strong: Vec<DVec3> = lobes.iter().filter(is_order).map(|l| l.wo).collect();
         for pair in strong.windows(2) {
             let angle = 2.0 * (0.5 * (pair[0] - pair[1]).length()).min(1.0).asin();
             if angle > 1e-9 {

@@ -45,14 +45,14 @@ impl CellTable<'_> {
 
     /// Comments at the head of a file.
     pub(super) fn comments(&self, smearing: &Smearing) -> Vec<String> {
-        vec![
-            format!("{}, {}, unpolarised light", program(), self.stated_wavelength()),
-            format!(
-                "orders are spread over cells up to {:.4} degrees wide; {:.4} would keep neighbours apart",
-                smearing.width_deg,
-                smearing.resolving_deg()
-            ),
-        ]
+        let width = format!("spread over cells up to {:.4} degrees wide", smearing.width_deg);
+        let spread = if smearing.resolving_deg().is_finite() {
+            let apart = smearing.resolving_deg();
+            format!("orders are {width}; {apart:.4} would keep neighbours apart")
+        } else {
+            format!("light is {width}")
+        };
+        vec![format!("{}, {}, unpolarised light", program(), self.stated_wavelength()), spread]
     }
 }
 

@@ -14,7 +14,7 @@ use design::resolved::scattering::MediumScattering;
 use design::resolved::solids::CheckedSolid;
 use design::schema::Arrangement;
 use design::schema::receivers::ReceiverForm;
-use design::schema::solids::{Per, Prisms, ScatterLaw};
+use design::schema::solids::{Per, Prisms, Relief, ReliefCells, ScatterLaw};
 use design::spectrum::lights::Light;
 use metrics::digits::shortest;
 use metrics::illuminance::Symmetry;
@@ -410,6 +410,9 @@ fn scatters(law: &ScatterLaw) -> String {
                 stated.direction_deg.unwrap_or_default()
             )
         }
+        ScatterLaw::Microlenses(stated) => relief("microlenses", stated),
+        ScatterLaw::Pyramids(stated) => relief("pyramids", stated),
+        ScatterLaw::Cones(stated) => relief("cones", stated),
         ScatterLaw::Polariser(stated) => {
             format!("polariser with its pass axis along {}°", stated.axis_deg.unwrap_or_default())
         }
@@ -433,6 +436,20 @@ fn scatters(law: &ScatterLaw) -> String {
             )
         }
     }
+}
+
+/// Lenses, pyramids or cones of a face, in words.
+fn relief(kind: &str, stated: &Relief) -> String {
+    let cell = match stated.cell {
+        ReliefCells::Square => "square",
+        ReliefCells::Hexagonal => "hexagonal",
+    };
+    let pressed = if stated.pressed_in { ", pressed in" } else { "" };
+    format!(
+        "{kind} in {cell} cells of {} um along {}°{pressed}",
+        shortest(stated.pitch_um()),
+        stated.direction_deg.unwrap_or_default()
+    )
 }
 
 /// The dome in words.

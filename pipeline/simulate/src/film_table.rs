@@ -381,7 +381,7 @@ fn interface(
 }
 
 /// The films of `design` alone and without ends, the lowest face at the height 0.
-fn alone(design: &Design, low_mm: f64) -> Result<Scene> {
+pub(super) fn alone(design: &Design, low_mm: f64) -> Result<Scene> {
     let mut body = Prototype::default();
     let films: Vec<&CheckedSolid> = design.solids.iter().filter(|solid| solid.is_film()).collect();
     let joins = |k: usize| films.get(k + 1).is_some_and(|above| films[k].joins(above));

@@ -36,6 +36,7 @@
 //! | [`symmetry`] | symmetries of a design, for averages and drawings |
 //! | `film_planes` | planes between the films of a stack |
 //! | [`film_table`], `film_parts` | the films as one layer, by a table, and what is kept of it |
+//! | [`film_surface`] | the films as one surface |
 //! | [`observation`] | receiver sums and figures of merit |
 //! | [`lit`] | the part of each bin of a receiver that can be lit |
 //! | [`absolute`], [`units`] | watts, lumens, and factors between them |
@@ -57,6 +58,7 @@ pub mod description;
 pub mod dome_surface;
 mod film_parts;
 mod film_planes;
+pub mod film_surface;
 pub mod film_table;
 pub mod job;
 pub mod lit;

@@ -121,6 +121,14 @@ fn prisms(z: &str, direction_deg: f64) -> String {
     film("lower", z, direction_deg) + &film("upper", "", direction_deg + 90.0)
 }
 
+/// A film with these two faces.
+fn faces(top: &str, bottom: &str) -> String {
+    format!(
+        "[[films]]\nname = \"relief\"\nz_mm = 4.0\nthickness_mm = 0.2\nmedium = {{ index = 1.5 }}\n\
+         top = {{ {top} }}\nbottom = {{ {bottom} }}\n"
+    )
+}
+
 fn parsed(walls: &str, parts: &[&str]) -> Design {
     parsed_over("lambertian", walls, parts)
 }
@@ -195,7 +203,7 @@ const BAND: std::ops::Range<f64> = 0.55..1.65;
 const MOST: f64 = 4.5;
 
 #[test]
-#[ignore = "slow: nine stacks over 40 seeds, by table and film by film (240 s)"]
+#[ignore = "slow: ten stacks over 40 seeds, by table and film by film (300 s)"]
 fn tables_of_stacks_see_what_is_traced_film_by_film() {
     let prisms_on_top = |degrees: f64| prisms("", degrees);
     let turbid = PLATE.replace("2.0", "2.5");
@@ -206,6 +214,20 @@ fn tables_of_stacks_see_what_is_traced_film_by_film() {
         ("plate between mirrors", parsed("specular", &[LINE, PLATE]), 12_800),
         ("conversion", parsed("specular", &[BLUE, PLATE, DOTS]), 12_800),
         ("turned prisms", parsed("lambertian", &[LINE, &prisms("z_mm = 4.0\n", 10.0)]), 12_800),
+        (
+            "reliefs",
+            parsed(
+                "lambertian",
+                &[
+                    LINE,
+                    &faces(
+                        "kind = \"microlenses\", cell = \"hexagonal\", height_um = 15.0, base_um = 45.0, direction_deg = 10.0",
+                        "kind = \"pyramids\", pressed_in = true, apex_deg = 100.0, direction_deg = 55.0",
+                    ),
+                ],
+            ),
+            12_800,
+        ),
         ("polarisers", parsed("lambertian", &[CARRIED, PLATE, SHEETS]), 12_800),
         (
             "turbid plate over a mirror",
@@ -284,6 +306,34 @@ fn stacks_that_no_table_fits_are_traced_and_say_why() {
     let over_mirror = parsed_over("specular", "lambertian", &[LINE, &prisms("z_mm = 4.0\n", 0.0)]);
     let FilmTreatment::Traced(why) = treatment(&over_mirror) else { panic!("a table") };
     assert!(why.contains("does not diffuse"), "{why}");
+}
+
+/// Squares are mirrored each 45°, hexagons each 30°; mirrors need planes along x and y.
+#[test]
+fn reliefs_leave_the_mirror_planes_that_they_have() {
+    let described = |top: &str, bottom: &str| {
+        let design = parsed("specular", &[LINE, &faces(top, bottom)]);
+        treatment(&design).describe().expect("films")
+    };
+    let (own, other) =
+        ("(with two mirror planes, mirrored by", "(with two mirror planes, film by film");
+    for (cell, direction_deg, words) in [
+        ("square", 0.0, own),
+        ("square", 45.0, own),
+        ("square", 30.0, other),
+        ("hexagonal", 30.0, own),
+        ("hexagonal", -90.0, own),
+        ("hexagonal", 45.0, other),
+    ] {
+        let top = format!("kind = \"cones\", cell = \"{cell}\", direction_deg = {direction_deg:?}");
+        let alone = described(&top, "kind = \"lambertian\", transmitted = 1.0, reflected = 0.0");
+        assert!(alone.contains(words), "{top}: {alone}");
+    }
+    let turned = described(
+        "kind = \"pyramids\", direction_deg = 20.0",
+        "kind = \"microlenses\", radius_um = 40.0",
+    );
+    assert!(turned.contains("(alike after half a turn"), "{turned}");
 }
 
 /// What is kept of a table changes no bit, nor does the number of threads.

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `batwing bsdf`: tables of diffraction orders of chosen rings, as files, with the cost of each.
+//! `batwing bsdf`: tables of diffraction orders of chosen rings, as files, with the cost of each; or
+//! the film stack.
+
+mod films;
 
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use bsdf::{Side, validate};
 use clap::Args;
 use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};
@@ -19,7 +22,8 @@ use simulate::job::{Job, SharedWork};
 use simulate::scene_check;
 use simulate::tables::labelled;
 
-use super::arguments::cache;
+use super::arguments::{cache, paths};
+use super::file_formats::{CellSteps, FileFormat};
 use super::outputs::writable;
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
 use simulate::rings::{self, RingChoice, RingTable, each};
@@ -57,6 +61,25 @@ pub struct BsdfArgs {
     /// Compute everything, and keep nothing but the tables themselves
     #[arg(long, conflicts_with = "shard")]
     pub no_cache: bool,
+    /// The whole film stack as one scattering file, from rays, in place of rings
+    #[arg(long, conflicts_with_all = ["rings", "tolerance", "cache", "no_cache", "shard"])]
+    pub films: bool,
+    /// Format of the film stack [default: klems]
+    #[arg(long, value_enum, requires = "films")]
+    pub format: Option<FileFormat>,
+    /// Paths for each incidence of the film stack's file
+    #[arg(
+        long,
+        value_name = "N",
+        requires = "films",
+        default_value_t = 8192,
+        allow_negative_numbers = true,
+        value_parser = paths
+    )]
+    pub paths: u64,
+    /// Resolution of the film stack's file.
+    #[command(flatten)]
+    pub steps: CellSteps,
     /// Shards.
     #[command(flatten)]
     pub sharing: Sharing,
@@ -101,6 +124,13 @@ impl BsdfArgs {
 
 /// Finds or solves the chosen rings, and writes `<design>-ring-075.bworders` and its neighbours.
 pub fn run(arguments: &BsdfArgs, context: RunContext) -> Result<()> {
+    if arguments.films {
+        return films::run(arguments, context);
+    }
+    let changed = arguments.steps.changed().into_iter().find(|(_, is_changed)| *is_changed);
+    if let Some((name, _)) = changed {
+        bail!("{name}: expected it beside --films, got --rings {}", arguments.rings);
+    }
     let (design, rings) = arguments.rings()?;
     writable(&arguments.out)?;
     let cache = (!arguments.no_cache).then(|| cache(arguments.cache.as_deref(), &arguments.out));

@@ -22,9 +22,11 @@
 mod cells;
 mod layers;
 mod part;
+mod surface;
 mod walker;
 
 pub use cells::StackSymmetry;
+pub use surface::{StackShares, StackSurface};
 pub(crate) use walker::{BoundStack, StackWalker};
 
 use crate::checkpoint::CheckpointStore;

@@ -22,6 +22,7 @@ mod package;
 mod polariser;
 mod positions;
 mod receivers;
+mod relief;
 mod scattering;
 mod solids;
 mod source_spectra;

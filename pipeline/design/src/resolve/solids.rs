@@ -7,7 +7,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use bsdf::{DiffuseLaw, DiffuseLobe, GaussianLobe};
+use bsdf::{DiffuseLaw, DiffuseLobe, GaussianLobe, ReliefShape};
 use tracer::SurfaceModel;
 
 use formats::scattering::{self, Scattering};
@@ -16,7 +16,7 @@ use metrics::illuminance::Symmetry;
 use runtime::provenance::FileRecord;
 
 use super::form::{self, SolidTable};
-use super::{grooves, haze, package, polariser};
+use super::{grooves, haze, package, polariser, relief};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::films::Stack;
@@ -152,6 +152,15 @@ impl SolidTable<'_> {
             }
             ScatterLaw::Prisms(stated) => SolidOptics::Grooved(grooves::prisms(stated, key, at)?),
             ScatterLaw::Grooves(stated) => SolidOptics::Grooved(grooves::any(stated, key, at)?),
+            ScatterLaw::Microlenses(stated) => {
+                SolidOptics::Relief(relief::resolve(stated, ReliefShape::Lens, key, at)?)
+            }
+            ScatterLaw::Pyramids(stated) => {
+                SolidOptics::Relief(relief::resolve(stated, ReliefShape::Pyramid, key, at)?)
+            }
+            ScatterLaw::Cones(stated) => {
+                SolidOptics::Relief(relief::resolve(stated, ReliefShape::Cone, key, at)?)
+            }
             ScatterLaw::Polariser(stated) => {
                 SolidOptics::Polarising(polariser::resolve(stated, key, self)?)
             }

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use anyhow::Context as _;
 use bsdf::direction::Frame;
 use bsdf::ray_optics::{Outline, UnitCell};
-use bsdf::{DiffuseLaw, DiffuseLobe, Diffuser, HazyFace};
+use bsdf::{
+    DiffuseLaw, DiffuseLobe, Diffuser, HazyFace, Relief, ReliefCell, ReliefLattice,
+};
 use serde::Serialize;
 use tracer::glam::DVec3;
 use tracer::{Region, Shape, SurfaceModel};
@@ -123,6 +125,8 @@ pub(crate) enum SolidOptics {
     },
     /// Grooves, by ray optics.
     Grooved(GroovedFace),
+    /// Lenses, pyramids or cones, likewise.
+    Relief(ReliefFace),
     /// A polarising sheet or a filter.
     Polarising(PolarisingFace),
     /// Thin layers on a face.
@@ -173,12 +177,45 @@ impl GroovedFace {
     }
 }
 
+/// Relief of a face that repeats in two directions.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ReliefFace {
+    /// Lengths in µm.
+    pub(crate) relief: Relief,
+    /// Direction from cell to cell, from the x axis.
+    pub(crate) direction_deg: f64,
+}
+
+impl ReliefFace {
+    /// The face with the normal `frame.n` between media of these indices, inner and outer.
+    fn optics(&self, frame: &Frame, indices: [f64; 2]) -> Result<SurfaceModel, bsdf::Error> {
+        let (sin, cos) = self.direction_deg.to_radians().sin_cos();
+        let along = DVec3::new(cos, sin, 0.0);
+        let turn = along.dot(frame.b).atan2(along.dot(frame.t));
+        Ok(SurfaceModel::Scatter(Arc::new(ReliefCell::new(self.relief, indices)?.turned(turn))))
+    }
+
+    /// The symmetry about the axes x and y that it leaves: planes that mirror squares follow each
+    /// other by 45°, those that mirror hexagons by 30°.
+    fn symmetry(&self) -> Symmetry {
+        let (step_deg, symmetry) = match self.relief.lattice {
+            ReliefLattice::Square => (45.0, Symmetry::Square),
+            ReliefLattice::Hexagonal => (30.0, Symmetry::Rectangle),
+        };
+        if self.direction_deg % step_deg == 0.0 { symmetry } else { Symmetry::None }
+    }
+}
+
 impl SolidOptics {
     /// The directions in which it is the same.
     fn orientation(&self) -> Orientation {
         match self {
             Self::Grooved(face) if face.is_symmetric => Orientation::Axis(face.direction_deg),
             Self::Grooved(_) | Self::File { is_isotropic: false, .. } => Orientation::Directed,
+            Self::Relief(face) if face.symmetry() == Symmetry::None => {
+                Orientation::Axis(face.direction_deg)
+            }
+            Self::Relief(_) => Orientation::Axis(0.0),
             Self::Polarising(PolarisingFace::Axes { axis_deg, .. }) => Orientation::Axis(*axis_deg),
             Self::Scattering(table) if !table.is_isotropic() => Orientation::Directed,
             _ => Orientation::Round,
@@ -192,6 +229,7 @@ impl SolidOptics {
                 Symmetry::None
             }
             Self::Grooved(_) => Symmetry::Rectangle,
+            Self::Relief(face) => face.symmetry(),
             Self::Polarising(PolarisingFace::Axes { axis_deg, .. }) => {
                 if axis_deg % 90.0 == 0.0 {
                     Symmetry::Rectangle
@@ -384,6 +422,7 @@ impl CheckedSolid {
                 SolidOptics::Grooved(face) if face.is_symmetric => {
                     ("direction_deg", shortest(face.direction_deg))
                 }
+                SolidOptics::Relief(face) => ("direction_deg", shortest(face.direction_deg)),
                 SolidOptics::Grooved(_) => ("profile_um", "one that is not symmetric".to_owned()),
                 SolidOptics::Polarising(PolarisingFace::Axes { axis_deg, .. }) => {
                     ("axis_deg", shortest(*axis_deg))
@@ -459,6 +498,7 @@ impl CheckedSolid {
             SolidOptics::Grooved(face) => {
                 face.optics(&shape.frame(DVec3::ZERO, normal), indices)?
             }
+            SolidOptics::Relief(face) => face.optics(&shape.frame(DVec3::ZERO, normal), indices)?,
             SolidOptics::Polarising(face) => {
                 let frame = shape.frame(DVec3::ZERO, normal);
                 // Shares were checked with the name of the file.

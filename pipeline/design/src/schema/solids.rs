@@ -256,6 +256,12 @@ pub enum ScatterLaw {
     Prisms(Prisms),
     /// Grooves of any profile, likewise.
     Grooves(Grooves),
+    /// Spherical lenses in cells side by side, likewise.
+    Microlenses(Relief),
+    /// Pyramids in cells, with a face towards each neighbour, likewise.
+    Pyramids(Relief),
+    /// Circular cones in cells, likewise.
+    Cones(Relief),
     /// A polarising sheet, which does not scatter; a face of `[[films]]` only.
     Polariser(PolariserKeys),
     /// Stated shares of unpolarised light by wavelength and angle, without scattering, likewise: an
@@ -321,14 +327,15 @@ pub struct GaussianShares {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Prisms {
-    /// Angle at the tip, degrees; 10 to 170; default 90.
+    /// Angle at the tip, of pyramids between opposite faces, degrees; 10 to 170; default 90. Of
+    /// pyramids and cones this or `height_um`.
     pub apex_deg: Option<f64>,
-    /// Distance from tip to tip, µm; 1e-6 to 1e7; default 50. Without `tip_radius_um` it changes
-    /// nothing.
+    /// Distance from tip to tip, or of the middles of neighbouring cells, µm; 1e-6 to 1e7; default
+    /// 50. Without other lengths it changes nothing.
     pub pitch_um: Option<f64>,
     /// Radius of the tip, µm; below half the pitch over the cosine of half the angle; default 0.
     pub tip_radius_um: Option<f64>,
-    /// Direction of the tips, from the x axis, degrees; -360 to 360; default 0.
+    /// Direction of the tips, or from cell to cell, from the x axis, degrees; -360 to 360; default 0.
     pub direction_deg: Option<f64>,
 }
 
@@ -349,6 +356,50 @@ pub struct Grooves {
     pub profile_um: Vec<List<f64, 2>>,
     /// Direction of the grooves, from the x axis, degrees; -360 to 360; default 0.
     pub direction_deg: Option<f64>,
+}
+
+/// Keys of microlenses, pyramids and cones.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Relief {
+    /// Distance of the middles of neighbouring cells, µm; 1e-6 to 1e7; default 50.
+    pub pitch_um: Option<f64>,
+    /// Form of the cells; default `"square"`.
+    #[serde(skip_serializing_if = "is_default")]
+    pub cell: ReliefCells,
+    /// Diameter of a lens or cone, or distance of opposite sides of a pyramid, where it stands, µm;
+    /// at most the pitch. Default the pitch; between is a level face.
+    pub base_um: Option<f64>,
+    /// Height or depth, µm: of lenses, at most half of `base_um`, this or `radius_um`.
+    pub height_um: Option<f64>,
+    /// Of lenses: radius of curvature, µm; from half of `base_um` to 1000 times of it.
+    pub radius_um: Option<f64>,
+    /// Angle at the tip of pyramids, between opposite faces, and cones, degrees; 10 to 170; default
+    /// 90.
+    pub apex_deg: Option<f64>,
+    /// True for hollows in the film; default false.
+    #[serde(skip_serializing_if = "is_default")]
+    pub pressed_in: bool,
+    /// Direction from cell to cell, from the x axis, degrees; -360 to 360; default 0.
+    pub direction_deg: Option<f64>,
+}
+
+impl Relief {
+    /// Distance of the middles of neighbouring cells, µm.
+    pub fn pitch_um(&self) -> f64 {
+        self.pitch_um.unwrap_or(Prisms::PITCH_UM)
+    }
+}
+
+/// Arrangement of the cells of a relief.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ReliefCells {
+    /// Squares.
+    #[default]
+    Square,
+    /// Regular hexagons.
+    Hexagonal,
 }
 
 /// Keys of a polariser: `pass`, with or without `block`.
