@@ -12,7 +12,7 @@
 //! | [`OrderTable`] | efficiencies of diffraction orders over both hemispheres of incidence, from any solver |
 //! | [`UnitCell`] | ray optics in one period of a relief, the control without diffraction |
 //! | [`MeasuredBsdf`] | tables on cells of direction, from files of Zemax, LightTools, WINDOW and Radiance |
-//! | [`SmoothInterface`], [`Mirror`], [`Lambertian`] | closed forms |
+//! | [`SmoothInterface`], [`Lambertian`] | closed forms |
 //! | [`Diffuser`] | stated shares by the cosine law or in Gaussian lobes |
 //! | [`Polariser`] | sheets with shares of two axes by the angle |
 //!
@@ -82,7 +82,7 @@ mod tests;
 pub mod validate;
 
 pub use analytic::{
-    AxisShares, DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe, Lambertian, Mirror, Polariser,
+    AxisShares, DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe, Lambertian, Polariser,
     SmoothInterface,
 };
 pub use bsdf::{

@@ -267,11 +267,6 @@ impl Map {
     pub fn standard_error(&self) -> &[f64] {
         &self.standard_error
     }
-
-    /// Largest value.
-    pub fn maximum(&self) -> f64 {
-        self.value.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-    }
 }
 
 /// One curve of a picture: values with standard errors over ascending positions.
@@ -410,17 +405,6 @@ impl Curve {
     /// Largest value.
     pub fn maximum(&self) -> f64 {
         self.value.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-    }
-
-    /// Value at `x` by linear interpolation; `None` outside the curve.
-    pub fn at(&self, x: f64) -> Option<f64> {
-        let last = self.x.len() - 1;
-        if !(self.x[0]..=self.x[last]).contains(&x) {
-            return None;
-        }
-        let right = self.x.partition_point(|&p| p < x).clamp(1, last);
-        let share = (x - self.x[right - 1]) / (self.x[right] - self.x[right - 1]);
-        Some(self.value[right - 1] + share * (self.value[right] - self.value[right - 1]))
     }
 }
 

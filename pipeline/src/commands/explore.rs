@@ -17,9 +17,10 @@ use simulate::model::Model;
 
 use super::arguments::{cache, whole};
 use super::export::{self, ExportArgs};
-use super::optimise::{self, OptimiseArgs};
+use super::optimise::OptimiseArgs;
 use super::report::{self, ReportArgs};
 use super::run::{self, RunArgs};
+use super::shardable::Shardable;
 
 /// `batwing explore`.
 #[derive(Debug, Args)]
@@ -154,7 +155,7 @@ impl Actions for Commands {
     ) -> Result<String> {
         let mut arguments: OptimiseArgs = self.arguments(problem, out, &[])?;
         arguments.texts.insert(file.to_owned(), text.to_owned());
-        optimise::run(&arguments, context)?;
+        arguments.run(context)?;
         let found = out.join("design.toml");
         std::fs::read_to_string(&found).with_context(|| format!("`{}`", found.display()))
     }

@@ -51,18 +51,32 @@ pub struct SharedLine {
 /// The commands whose work may be shared.
 #[derive(Debug, Subcommand)]
 pub enum SharedCommand {
-    /// `batwing reproduce`.
+    /// Compute the paper's tables and figures from nothing
+    #[command(after_help = "Example: batwing reproduce --quick --out results-quick")]
     Reproduce(ReproduceArgs),
-    /// `batwing run`.
+    /// Trace one design
+    #[command(
+        after_help = "Example: batwing run data/designs/d1.toml --model geometric --out results-d1"
+    )]
     Run(RunArgs),
-    /// `batwing bsdf`.
+    /// Compute the tables of diffraction orders of a design
+    #[command(
+        after_help = "Example: batwing bsdf data/designs/d2.toml --rings 5,75,165 --tolerance 1e-3 --out tables-d2"
+    )]
     Bsdf(BsdfArgs),
-    /// `batwing study`.
+    /// Vary keys of designs and rank the set-ups by how near their figures come to targets
+    #[command(after_help = "Example: batwing study data/studies/readings.toml --out study")]
     Study(StudyArgs),
-    /// `batwing tolerance`.
-    Tolerance(ToleranceArgs),
-    /// `batwing optimise`.
+    /// Search for the design that a problem file asks for, and verify it
+    #[command(
+        after_help = "Example: batwing optimise data/gallery/d3-by-rays/problem.toml --out optimised"
+    )]
     Optimise(OptimiseArgs),
+    /// Show what deviations of real packages do to the figures of a design
+    #[command(
+        after_help = "Example: batwing tolerance data/gallery/d3-by-rays/tolerance.toml --out tolerance"
+    )]
+    Tolerance(ToleranceArgs),
 }
 
 impl SharedCommand {

@@ -105,8 +105,9 @@ impl Shardable for RunArgs {
         Ok(Box::new(Job::new(Vec::new(), tasks.collect(), inputs)))
     }
 
+    /// Traces the design and writes its results and pictures.
     fn run(&self, context: RunContext) -> Result<()> {
-        run(self, context)
+        of_design(scene_check::load(&self.design)?, self, context)
     }
 }
 
@@ -130,11 +131,6 @@ impl RunArgs {
             None => Ok(Model::all_of(design)),
         }
     }
-}
-
-/// Traces the design and writes its results and pictures.
-pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
-    of_design(scene_check::load(&arguments.design)?, arguments, context)
 }
 
 /// A design with all that decides its traces, checked.
