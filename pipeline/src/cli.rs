@@ -14,7 +14,7 @@ use runtime::progress::Console;
 use runtime::run_context::RunContext;
 use simulate::scene_check;
 
-use crate::commands::arguments::whole;
+use crate::commands::arguments::{negative_numbers, whole};
 use crate::commands::check::{self, CheckArgs};
 use crate::commands::converge::{self, ConvergeArgs};
 use crate::commands::explore::{self, ExploreArgs};
@@ -37,7 +37,13 @@ use output::in_memory::ModelArrays;
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray
 /// trace, metrics.
 #[derive(Debug, Parser)]
-#[command(name = "batwing", version, about, after_help = "Example: batwing reproduce --quick")]
+#[command(
+    name = "batwing",
+    version,
+    about,
+    after_help = "Example: batwing reproduce --quick",
+    mut_subcommands = negative_numbers
+)]
 pub struct Cli {
     /// Options of every command.
     #[command(flatten)]

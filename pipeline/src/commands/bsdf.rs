@@ -46,7 +46,7 @@ pub struct BsdfArgs {
     #[arg(long, value_name = "75|5,75,165|representatives|all", default_value = "representatives")]
     pub rings: RingChoice,
     /// Largest error of a direction's R or T, instead of the design's hybrid.tolerance
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = tolerance)]
+    #[arg(long, value_name = "T", value_parser = tolerance)]
     pub tolerance: Option<f64>,
     /// Directory for the tables
     #[arg(long, value_name = "DIR", default_value = "tables")]

@@ -29,12 +29,7 @@ pub struct ExploreArgs {
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
     /// Port on 127.0.0.1, 0 for one that is free [default: 4747, or a free one]
-    #[arg(
-        long,
-        value_name = "N",
-        allow_negative_numbers = true,
-        value_parser = whole(0..=u16::MAX)
-    )]
+    #[arg(long, value_name = "N", value_parser = whole(0..=u16::MAX))]
     pub port: Option<u16>,
     /// Print the address and open no browser
     #[arg(long)]

@@ -23,6 +23,7 @@ use runtime::store::program_sha256;
 use simulate::job::SharedWork;
 use simulate::shard::SHARDS;
 
+use super::arguments::negative_numbers;
 use super::bsdf::BsdfArgs;
 use super::optimise::OptimiseArgs;
 use super::reproduce::ReproduceArgs;
@@ -38,7 +39,7 @@ const VERSION: u32 = 1;
 
 /// A command line whose work may be shared.
 #[derive(Debug, Parser)]
-#[command(name = "batwing", no_binary_name = true)]
+#[command(name = "batwing", no_binary_name = true, mut_subcommands = negative_numbers)]
 pub struct SharedLine {
     /// Seed of every random number
     #[arg(long, global = true, default_value_t = 1)]

@@ -48,7 +48,7 @@ pub struct RunArgs {
     #[arg(long, value_enum, default_value = "all")]
     pub model: ModelChoice,
     /// Paths to trace, instead of the design's trace.paths
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
+    #[arg(long, value_name = "N", value_parser = paths)]
     pub paths: Option<u64>,
     /// Trace further batches of as many paths until the standard error of a figure is at most this
     #[arg(long, value_name = "FIGURE=ERROR")]
@@ -58,7 +58,6 @@ pub struct RunArgs {
         long,
         value_name = "N",
         default_value_t = 2_000_000_000,
-        allow_negative_numbers = true,
         value_parser = paths,
         requires = "until_error"
     )]

@@ -41,7 +41,7 @@ pub struct StudyArgs {
     #[arg(value_name = "STUDY.toml")]
     pub study: PathBuf,
     /// Paths of each trace, instead of those of the study or its designs
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
+    #[arg(long, value_name = "N", value_parser = paths)]
     pub paths: Option<u64>,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "study")]

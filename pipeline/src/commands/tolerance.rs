@@ -37,10 +37,10 @@ pub struct ToleranceArgs {
     #[arg(value_name = "TOLERANCE.toml")]
     pub file: PathBuf,
     /// Number of samples, instead of that of the file
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(8..=100_000_usize))]
+    #[arg(long, value_name = "N", value_parser = whole(8..=100_000_usize))]
     pub samples: Option<usize>,
     /// Paths of each sample, instead of those of the file
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
+    #[arg(long, value_name = "N", value_parser = paths)]
     pub paths: Option<u64>,
     /// Directory for results
     #[arg(long, value_name = "DIR", default_value = "tolerance")]

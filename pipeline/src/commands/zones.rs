@@ -73,13 +73,7 @@ pub struct ZonesArgs {
     #[arg(long, value_name = "NAME")]
     pub receiver: Option<String>,
     /// Largest over smallest transmittance of the panel
-    #[arg(
-        long,
-        value_name = "C",
-        default_value_t = 5000.0,
-        allow_negative_numbers = true,
-        value_parser = contrast
-    )]
+    #[arg(long, value_name = "C", default_value_t = 5000.0, value_parser = contrast)]
     pub contrast: f64,
     /// Picture that the panel shows, in a form of the pattern and of any size [default: the pattern]
     #[arg(long, value_name = "FILE")]
@@ -88,7 +82,7 @@ pub struct ZonesArgs {
     #[arg(long, value_enum, default_value = "geometric")]
     pub model: ModelChoice,
     /// Paths of each response, instead of the design's trace.paths
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
+    #[arg(long, value_name = "N", value_parser = paths)]
     pub paths: Option<u64>,
     /// Also trace the pattern itself, and compare
     #[arg(long, conflicts_with = "packages")]

@@ -14,7 +14,8 @@
 //! raises them in turns, over the same sample.
 
 use super::law::{
-    Law, NEIGHBOURS, ORDERS, SLICES_EXPONENT, followed_law, is_of_high_contrast, unfollowed_law,
+    HEMISPHERE_SAFETY, Law, NEIGHBOURS, ORDERS, SLICES_EXPONENT, WAVES_SAFETY, followed_law,
+    is_of_high_contrast, unfollowed_law,
 };
 use super::waves::{Structure, Waves, converge_waves};
 use super::{check_tolerance, largest_change};
@@ -273,9 +274,13 @@ fn stairs(probe: &Probe<'_>) -> Result<(Resolution, f64), Error> {
         let (coarse, fine) = both(|| run(3), || run(4))?;
         Ok(coarse.extrapolated(&fine, 3.0))
     };
+    // Most of a hemisphere swings less about the limit than single waves do.
+    let distance = |a: &SampleEfficiencies, b: &SampleEfficiencies| {
+        HEMISPHERE_SAFETY / WAVES_SAFETY * a.distance(b)
+    };
     let waves = Waves {
         solve: &solve,
-        distance: &SampleEfficiencies::distance,
+        distance: &distance,
         highest_order: probe.interface.highest_order(),
         first: None,
     };

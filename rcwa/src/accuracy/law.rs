@@ -35,7 +35,7 @@ const HIGH_CONTRAST: f64 = 1.8;
 const TAIL: f64 = 5e-4;
 /// Factor of hemispheres there and at high contrast: what 99 % of the directions stay below
 /// (docs/validation/table-error.md, tests/physics/contrast.rs).
-const HEMISPHERE_SAFETY: f64 = 1.4;
+pub(super) const HEMISPHERE_SAFETY: f64 = 1.4;
 /// Law of hemispheres on walls that are not followed, unless corners make it slower: lamellae of
 /// 0.05 to 10 wavelengths (rcwa/tests/accuracy.rs).
 pub(super) const ORDERS: Law = Law { exponent: ORDERS_EXPONENT, safety: 1.6 };
