@@ -15,7 +15,7 @@ use metrics::Estimate;
 use metrics::digits::significant;
 use metrics::figures::OF_RECEIVER;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
-use report::plots::{BinImage, Heading, IlluminanceMap, illuminance_map};
+use report::plots::{Heading, IlluminanceMap, illuminance_map};
 use results::figure_entry::FigureEntry;
 use results::zones::{
     BeyondReach, Direct, FILE, Halo, LightSpread, MAPS, Radius, SCHEMA_VERSION, SPREAD, ZonesFile,
@@ -275,15 +275,8 @@ impl Command<'_> {
             let path = |ending: &str| self.arguments.out.join(format!("{name}.{ending}"));
             exr::write_map(&path(ENDINGS[0]), &map, &provenance)?;
             csv::write_map_npy(&path(ENDINGS[1]), &map)?;
-            let picture = illuminance_map(&IlluminanceMap {
-                heading: &Heading::new(format!("{of}, {name}"), &subtitle),
-                map: &map,
-                leds: &[],
-                range: None,
-                image: BinImage::Sharp,
-                marks: &[],
-                section: None,
-            })?;
+            let heading = Heading::new(format!("{of}, {name}"), &subtitle);
+            let picture = illuminance_map(&IlluminanceMap::plain(&heading, &map))?;
             write_bytes(&path(ENDINGS[2]), &picture.png()?)?;
         }
         Ok(())
