@@ -174,6 +174,10 @@ mod tests {
                 "--paths: expected a whole number from 1000 to 1000000000000, such as 1000000, 1_000_000 or 1e6, got \"10\"",
             ),
             (
+                "run d.toml --paths -5",
+                "--paths: expected a whole number from 1000 to 1000000000000, such as 1000000, 1_000_000 or 1e6, got \"-5\"",
+            ),
+            (
                 "run d.toml --model hybird",
                 "--model: expected geometric, fine, control, hybrid or all, got \"hybird\"; did you mean hybrid?",
             ),

@@ -485,12 +485,4 @@ mod tests {
         assert!((thin.standard_error()[0] - 0.3 / 3.0f64.sqrt()).abs() < 1e-15);
         assert_eq!(curve.thinned(9).unwrap(), curve);
     }
-
-    #[test]
-    fn curve_interpolates_between_its_points_only() {
-        let curve = Curve::new("a", vec![0.0, 2.0], vec![1.0, 3.0], vec![0.0; 2]).unwrap();
-        assert_eq!(curve.at(0.5), Some(1.5));
-        assert_eq!(curve.at(2.0), Some(3.0));
-        assert_eq!(curve.at(2.1), None);
-    }
 }
