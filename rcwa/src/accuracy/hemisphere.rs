@@ -10,15 +10,13 @@
 //! order of a thousandth. What slices leave hardly depends on the orders nor what orders leave on
 //! the slices, so that each is looked for where the other is cheap.
 //!
-//! Where walls become stairs, what both leave together does depend on both: the search of `waves`
-//! raises them in turns, over the same sample.
+//! Where walls become stairs, what both leave together does depend on both: `converge_waves` raises
+//! them in turns, over the same sample.
 
+use super::largest_change;
 use super::law::{
-    HEMISPHERE_SAFETY, Law, NEIGHBOURS, ORDERS, SLICES_EXPONENT, WAVES_SAFETY, followed_law,
-    is_of_high_contrast, unfollowed_law,
+    Law, NEIGHBOURS, ORDERS, SLICES_EXPONENT, followed_law, is_of_high_contrast, unfollowed_law,
 };
-use super::waves::{Structure, Waves, converge_waves};
-use super::{check_tolerance, largest_change};
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Interface, Resolution};
 use crate::orders::{SymmetricBloch, Truncation};
@@ -57,7 +55,7 @@ const FOLLOWED_ORDERS: f64 = 1.28;
 /// Orders, of all ky together, that are looked at at least.
 const WAVES: usize = 120;
 /// A few ky stand for all: no error below this part of the tolerance is ever claimed.
-const MIN_CLAIM: f64 = 1.0 / 3.0;
+pub(super) const MIN_CLAIM: f64 = 1.0 / 3.0;
 /// Periods, in wavelengths of the denser half-space, below which light off half a zone is judged
 /// too, and above which light at half a zone is.
 const FEW_ORDERS: f64 = 1.0;
@@ -80,7 +78,7 @@ pub fn hemisphere_change(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Efficiencies of all incident waves of the sample.
-struct SampleEfficiencies {
+pub(super) struct SampleEfficiencies {
     /// Transmittance of each wave.
     totals: Vec<f64>,
     /// Efficiency of each order, of each wave.
@@ -125,7 +123,7 @@ impl SampleEfficiencies {
 
     /// [`hemisphere_change`] of the transmittance; a third of the root mean square, over the
     /// waves, of the largest change of an order, if that is more.
-    fn distance(&self, other: &Self) -> f64 {
+    pub(super) fn distance(&self, other: &Self) -> f64 {
         let begins = std::iter::once(0).chain(self.ends.iter().copied());
         let squares: f64 = begins
             .zip(&self.ends)
@@ -144,15 +142,24 @@ enum LinePlace {
 }
 
 /// The sample of problems that all searches solve.
-struct Probe<'a> {
-    interface: &'a Interface,
-    tolerance: f64,
+pub(super) struct Probe<'a> {
+    pub(super) interface: &'a Interface,
+    pub(super) tolerance: f64,
     lines: Vec<LinePlace>,
     ky: Vec<f64>,
-    progress: &'a Progress<'a>,
+    pub(super) progress: &'a Progress<'a>,
 }
 
-impl Probe<'_> {
+impl<'a> Probe<'a> {
+    pub(super) fn new(
+        interface: &'a Interface,
+        tolerance: f64,
+        progress: &'a Progress<'a>,
+    ) -> Self {
+        let (lines, ky) = (probed_lines(interface), probed_ky(interface));
+        Self { interface, tolerance, lines, ky, progress }
+    }
+
     fn sample(
         &self,
         truncation: Truncation,
@@ -178,6 +185,13 @@ impl Probe<'_> {
             return Err(Error::NoLight { n_top, n_bottom });
         }
         Ok(sample)
+    }
+
+    /// The sample by stairs, extrapolated.
+    pub(super) fn by_stairs(&self, at: &Resolution) -> Result<SampleEfficiencies, Error> {
+        let run = |n: usize| self.sample(at.truncation, &at.plan.thirds(n));
+        let (coarse, fine) = both(|| run(3), || run(4))?;
+        Ok(coarse.extrapolated(&fine, 3.0))
     }
 }
 
@@ -223,32 +237,17 @@ fn probed_ky(interface: &Interface) -> Vec<f64> {
     }
 }
 
-/// Orders and slices with which the transmittance from any direction, s or p, is within `tolerance` (by [`hemisphere_change`]), and single orders within three times that (root mean
-/// square over the waves of the largest one of each); with the estimated error of the former. In
-/// tests the true error stays within the tolerance and within 1.5 times the estimate.
-///
-/// # Errors
-/// A tolerance out of range; half-spaces that both absorb; no convergence within the range; those
-/// of the solver.
-pub fn converge_hemisphere(
-    interface: &Interface,
-    tolerance: f64,
-    progress: &Progress<'_>,
-) -> Result<(Resolution, f64), Error> {
-    check_tolerance(tolerance)?;
-    let (lines, ky) = (probed_lines(interface), probed_ky(interface));
-    let probe = Probe { interface, tolerance, lines, ky, progress };
+/// Orders and slices where walls are vertical or followed, with the estimated error.
+pub(super) fn search(probe: &Probe<'_>) -> Result<(Resolution, f64), Error> {
+    let Probe { interface, tolerance, .. } = *probe;
     let coarsest = interface.relief.slice_plan(1);
-    if !interface.follows_walls() && !coarsest.is_exact() {
-        return stairs(&probe);
-    }
     let highest = interface.highest_order();
     let last_order = (3 * highest + 100).min(Truncation::MAX);
     let (first, plan, longest, slices_error) = if coarsest.is_exact() {
         let first = highest + 4 + highest / 16;
         (first + 1 + first / 12, coarsest.clone(), coarsest, 0.0)
     } else {
-        let (plan, slices_error) = slices(&probe, Truncation::new(highest + 1)?, &coarsest)?;
+        let (plan, slices_error) = slices(probe, Truncation::new(highest + 1)?, &coarsest)?;
         let more = FIRST_ORDERS * depth(interface).sqrt() * (1e-3 / tolerance).powf(0.4);
         let count = (FOR_ORDERS * plan.count() as f64).ceil() as usize;
         let longest = interface.relief.slice_plan(count);
@@ -256,7 +255,7 @@ pub fn converge_hemisphere(
     };
     let allowed = (tolerance - slices_error).min(0.95 * tolerance);
     let range = first.min(last_order)..=last_order;
-    let (truncation, orders_error) = orders(&probe, range, &longest, allowed)?;
+    let (truncation, orders_error) = orders(probe, range, &longest, allowed)?;
     let plan = fine_enough(interface, &plan, truncation, tolerance);
     let found = Resolution { truncation, plan };
     let rounding = rounding_error(interface.order_spacing(), truncation);
@@ -265,29 +264,6 @@ pub fn converge_hemisphere(
     }
     let estimate = (slices_error + orders_error).max(MIN_CLAIM * tolerance).max(rounding);
     Ok((found, estimate))
-}
-
-/// Orders and stairs for the whole sample, by the search over single waves.
-fn stairs(probe: &Probe<'_>) -> Result<(Resolution, f64), Error> {
-    let solve = |at: &Resolution| {
-        let run = |n: usize| probe.sample(at.truncation, &at.plan.thirds(n));
-        let (coarse, fine) = both(|| run(3), || run(4))?;
-        Ok(coarse.extrapolated(&fine, 3.0))
-    };
-    // Most of a hemisphere swings less about the limit than single waves do.
-    let distance = |a: &SampleEfficiencies, b: &SampleEfficiencies| {
-        HEMISPHERE_SAFETY / WAVES_SAFETY * a.distance(b)
-    };
-    let waves = Waves {
-        solve: &solve,
-        distance: &distance,
-        highest_order: probe.interface.highest_order(),
-        first: None,
-    };
-    let structure = Structure::Relief(probe.interface);
-    let found = converge_waves(structure, &waves, probe.tolerance, probe.progress)?;
-    let found = found.within(probe.tolerance)?;
-    Ok((found.resolution, found.errors.sum().max(MIN_CLAIM * probe.tolerance)))
 }
 
 /// Slices beyond which none are tried.
