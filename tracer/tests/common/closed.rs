@@ -2,7 +2,7 @@
 //! Closed bodies of every kind of surface, for rays that must not get lost in them. Each absorbs a
 //! little on the way and at its mirrors, so that a path meets many surfaces and yet ends.
 
-use super::package::Dome;
+use crate::common::package::Dome;
 use tracer::glam::DVec3;
 use tracer::shape::{Extent, Mesh, Plane};
 use tracer::{
