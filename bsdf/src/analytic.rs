@@ -164,52 +164,6 @@ impl Bsdf for SmoothInterface {
     }
 }
 
-/// A mirror with one reflectance for all angles, on both sides; it absorbs the rest.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mirror {
-    reflectance: f64,
-    index: f64,
-}
-
-impl Mirror {
-    /// Mirror of the given `reflectance` (0 to 1) in a medium of refractive index `index`.
-    ///
-    /// # Errors
-    /// If the reflectance lies outside 0 to 1 or the index is not positive and finite.
-    pub fn new(reflectance: f64, index: f64) -> Result<Self, Error> {
-        Ok(Self {
-            reflectance: Error::check_fraction("reflectance of a mirror", reflectance)?,
-            index: Error::check_index("medium before a mirror", index)?,
-        })
-    }
-}
-
-impl Bsdf for Mirror {
-    fn sample(&self, wi: DVec3, _rng: &mut dyn rand::Rng) -> Option<BsdfSample> {
-        (self.reflectance > 0.0).then(|| BsdfSample {
-            wo: mirrored(wi),
-            weight: self.reflectance,
-            lobe: specular(Transport::Reflection),
-        })
-    }
-
-    fn pdf(&self, _wi: DVec3, _sample: &BsdfSample) -> Option<f64> {
-        Some(1.0)
-    }
-
-    fn lobes(&self, wi: DVec3, _polarisation: Polarisation) -> Vec<OutgoingLobe> {
-        vec![OutgoingLobe {
-            wo: mirrored(wi),
-            power: self.reflectance,
-            lobe: specular(Transport::Reflection),
-        }]
-    }
-
-    fn index(&self, _side: Side) -> f64 {
-        self.index
-    }
-}
-
 /// A matt surface: diffuse reflection with a cosine distribution, on both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambertian {
@@ -399,21 +353,13 @@ mod tests {
     }
 
     #[test]
-    fn mirror_keeps_the_tangential_wavevector() {
-        let mirror = Mirror::new(0.95, 1.41).unwrap();
-        let mut rng = Pcg64::seed_from_u64(3);
-        let s = mirror.sample(DVec3::new(0.48, 0.36, 0.8), &mut rng).unwrap();
-        assert_eq!((s.wo, s.weight), (DVec3::new(-0.48, -0.36, 0.8), 0.95));
-    }
-
-    #[test]
     fn bad_parameters_are_refused() {
-        let message = |e: Result<Mirror, Error>| e.unwrap_err().to_string();
+        let message = |e: Result<Lambertian, Error>| e.unwrap_err().to_string();
         assert_eq!(
-            message(Mirror::new(1.2, 1.0)),
-            "reflectance of a mirror must lie between 0 and 1, got 1.2"
+            message(Lambertian::new(1.2, 1.0)),
+            "reflectance of a Lambertian must lie between 0 and 1, got 1.2"
         );
-        assert!(message(Mirror::new(0.5, 0.0)).contains("must be positive and finite, got 0"));
+        assert!(message(Lambertian::new(0.5, 0.0)).contains("must be positive and finite, got 0"));
         assert!(Lambertian::new(f64::NAN, 1.0).is_err());
         assert!(SmoothInterface::new(1.41, f64::NAN).is_err());
     }

@@ -13,7 +13,7 @@
 //! | [`UnitCell`] | ray optics in one period of a relief, the control without diffraction |
 //! | [`ReliefCell`] | ray optics in one cell of lenses, pyramids or cones |
 //! | [`MeasuredBsdf`] | tables on cells of direction, from files of Zemax, LightTools, WINDOW and Radiance |
-//! | [`SmoothInterface`], [`Mirror`], [`Lambertian`] | closed forms |
+//! | [`SmoothInterface`], [`Lambertian`] | closed forms |
 //! | [`Diffuser`] | stated shares by the cosine law or in Gaussian lobes |
 //! | [`HazyFace`] | stated haze: light straight on and in a Gaussian lobe |
 //! | [`Polariser`] | sheets with shares of two axes by the angle |
@@ -85,7 +85,7 @@ pub mod validate;
 
 pub use analytic::{
     AxisShares, DiffuseLaw, DiffuseLobe, Diffuser, GaussianLobe, HAZE_DEG, HazyFace, Lambertian,
-    Mirror, Polariser, SmoothInterface,
+    Polariser, SmoothInterface,
 };
 pub use bsdf::{
     Albedo, Bsdf, BsdfSample, GAIN_TOLERANCE, Lobe, LobeKind, OutgoingLobe, Polarisation,

@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use serde_json::Value;
 
 use design::Design;
@@ -14,8 +14,7 @@ use runtime::progress::Console;
 use runtime::run_context::RunContext;
 use simulate::scene_check;
 
-use crate::commands::arguments::whole;
-use crate::commands::bsdf::{self, BsdfArgs};
+use crate::commands::arguments::{negative_numbers, whole};
 use crate::commands::check::{self, CheckArgs};
 use crate::commands::converge::{self, ConvergeArgs};
 use crate::commands::explore::{self, ExploreArgs};
@@ -23,25 +22,28 @@ use crate::commands::export::{self, ExportArgs};
 use crate::commands::full_wave::{self, FullWaveArgs};
 use crate::commands::grating::{self, GratingArgs};
 use crate::commands::import::{self, ImportArgs};
+use crate::commands::job_record::SharedCommand;
 use crate::commands::near_field::{self, NearFieldArgs};
 use crate::commands::new::{self, NewArgs};
-use crate::commands::optimise::{self, OptimiseArgs};
 use crate::commands::rays::{self, RaysArgs};
 use crate::commands::report::{self, ReportArgs};
-use crate::commands::reproduce::{self, ReproduceArgs};
-use crate::commands::run::{self, RunArgs};
+use crate::commands::run;
 use crate::commands::schema::{self, SchemaArgs};
-use crate::commands::shardable::Shardable;
 use crate::commands::shards::{self, MergeArgs, PlanArgs, SubmitArgs};
-use crate::commands::study::{self, StudyArgs};
-use crate::commands::tolerance::{self, ToleranceArgs};
+use crate::commands::shell::{self, CompletionsArgs, ManArgs};
 use crate::commands::zones::{self, ZonesArgs};
 use output::in_memory::ModelArrays;
 
 /// From the design file of a micro-structured LED package to its light: relief, RCWA, BSDF, ray
 /// trace, metrics.
 #[derive(Debug, Parser)]
-#[command(name = "batwing", version, about, after_help = "Example: batwing reproduce --quick")]
+#[command(
+    name = "batwing",
+    version,
+    about,
+    after_help = "Example: batwing reproduce --quick",
+    mut_subcommands = negative_numbers
+)]
 pub struct Cli {
     /// Options of every command.
     #[command(flatten)]
@@ -88,22 +90,12 @@ pub enum Command {
     /// Write a commented design to start from
     #[command(after_help = "Example: batwing new my-package")]
     New(NewArgs),
-    /// Compute the paper's tables and figures from nothing
-    #[command(after_help = "Example: batwing reproduce --quick --out results-quick")]
-    Reproduce(ReproduceArgs),
-    /// Trace one design
-    #[command(
-        after_help = "Example: batwing run data/designs/d1.toml --model geometric --out results-d1"
-    )]
-    Run(RunArgs),
+    /// The commands whose work may be shared.
+    #[command(flatten)]
+    Shared(SharedCommand),
     /// Turn the numbers of a design in a page on this machine, and see its light at once
     #[command(after_help = "Example: batwing explore data/designs/d1.toml")]
     Explore(ExploreArgs),
-    /// Compute the tables of diffraction orders of a design, or its film stack as a file
-    #[command(
-        after_help = "Example: batwing bsdf data/designs/d2.toml --rings 5,75,165 --tolerance 1e-3 --out tables-d2"
-    )]
-    Bsdf(BsdfArgs),
     /// Show error and cost of a ring's solution against orders kept and against slices
     #[command(
         after_help = "Example: batwing converge data/designs/d1.toml --ring 75 --out convergence"
@@ -120,19 +112,6 @@ pub enum Command {
         after_help = "Example: batwing full-wave data/designs/d1.toml --rings 3 --out full-wave-d1"
     )]
     FullWave(FullWaveArgs),
-    /// Vary keys of designs and rank the set-ups by how near their figures come to targets
-    #[command(after_help = "Example: batwing study data/studies/readings.toml --out study")]
-    Study(StudyArgs),
-    /// Search for the design that a problem file asks for, and verify it
-    #[command(
-        after_help = "Example: batwing optimise data/gallery/d3-by-rays/problem.toml --out optimised"
-    )]
-    Optimise(OptimiseArgs),
-    /// Show what deviations of real packages do to the figures of a design
-    #[command(
-        after_help = "Example: batwing tolerance data/gallery/d3-by-rays/tolerance.toml --out tolerance"
-    )]
-    Tolerance(ToleranceArgs),
     /// Add up dimming zones of a backlight, and show a picture on a panel before it
     #[command(
         after_help = "Example: batwing zones backlight.toml --zones 3x2 --pattern pattern.csv --out zones"
@@ -172,21 +151,12 @@ pub enum Command {
     /// Check a design file, or a table, and say what it describes
     #[command(after_help = "Example: batwing check data/designs/d3.toml")]
     Check(CheckArgs),
-}
-
-impl Command {
-    /// The command, if its work may be shared.
-    fn shared(&self) -> Option<&dyn Shardable> {
-        match self {
-            Self::Reproduce(arguments) => Some(arguments),
-            Self::Run(arguments) => Some(arguments),
-            Self::Bsdf(arguments) => Some(arguments),
-            Self::Study(arguments) => Some(arguments),
-            Self::Tolerance(arguments) => Some(arguments),
-            Self::Optimise(arguments) => Some(arguments),
-            _ => None,
-        }
-    }
+    /// Print the script by which a shell completes commands and options
+    #[command(after_help = "Example: batwing completions bash > batwing.bash")]
+    Completions(CompletionsArgs),
+    /// Write a manual page for each command
+    #[command(after_help = "Example: batwing man share/man/man1")]
+    Man(ManArgs),
 }
 
 impl Cli {
@@ -207,25 +177,21 @@ impl Cli {
     /// Errors of the command; an interrupt.
     pub fn run_until(&self, interrupt: &Interrupt) -> Result<()> {
         let context = self.context(interrupt);
-        let shared = self.command.shared();
-        if let Some((command, shard)) =
-            shared.and_then(|shared| Some((shared, shared.job_options().shard?)))
-        {
-            let done = shards::compute(command, shard, context);
-            return done.map_err(|error| interrupt.explain(error));
-        }
         let done = match &self.command {
             Command::New(arguments) => new::run(arguments, context),
+            Command::Shared(command) => {
+                let command = command.get();
+                match command.job_options().shard {
+                    Some(shard) => shards::compute(command, shard, context),
+                    None => command.run(context),
+                }
+            }
             Command::Schema(arguments) => schema::run(arguments, context),
-            Command::Reproduce(arguments) => reproduce::run(arguments, context),
-            Command::Run(arguments) => run::run(arguments, context),
-            Command::Bsdf(arguments) => bsdf::run(arguments, context),
+            Command::Completions(arguments) => shell::complete(arguments, Self::command(), context),
+            Command::Man(arguments) => shell::man(arguments, Self::command(), context),
             Command::Converge(arguments) => converge::run(arguments, context),
             Command::NearField(arguments) => near_field::run(arguments, context),
             Command::FullWave(arguments) => full_wave::run(arguments, context),
-            Command::Optimise(arguments) => optimise::run(arguments, context),
-            Command::Tolerance(arguments) => tolerance::run(arguments, context),
-            Command::Study(arguments) => study::run(arguments, context),
             Command::Zones(arguments) => zones::run(arguments, context),
             Command::Plan(arguments) => shards::plan(arguments, context),
             Command::Submit(arguments) => shards::submit(arguments, context),
@@ -249,13 +215,15 @@ impl Cli {
     pub fn run_texts(mut self, texts: Texts, folder: &Path, interrupt: &Interrupt) -> Result<()> {
         let context = self.context(interrupt);
         match &mut self.command {
-            Command::Study(arguments) => arguments.texts = texts,
-            Command::Optimise(arguments) => arguments.texts = texts,
-            Command::Tolerance(arguments) => arguments.texts = texts,
+            Command::Shared(SharedCommand::Study(arguments)) => arguments.texts = texts,
+            Command::Shared(SharedCommand::Optimise(arguments)) => arguments.texts = texts,
+            Command::Shared(SharedCommand::Tolerance(arguments)) => arguments.texts = texts,
             others => {
                 let done = match others {
-                    Command::Run(arguments) => design(&arguments.design, &texts, folder)
-                        .and_then(|design| run::of_design(design, arguments, context)),
+                    Command::Shared(SharedCommand::Run(arguments)) => {
+                        design(&arguments.design, &texts, folder)
+                            .and_then(|design| run::of_design(design, arguments, context))
+                    }
                     Command::Export(arguments) => design(&arguments.input, &texts, folder)
                         .and_then(|design| export::of_design(&design, arguments, context)),
                     Command::Check(arguments) => design(&arguments.file, &texts, folder)
@@ -279,7 +247,7 @@ impl Cli {
         folder: &Path,
         interrupt: &Interrupt,
     ) -> Result<(Value, ModelArrays)> {
-        let Command::Run(arguments) = &self.command else {
+        let Command::Shared(SharedCommand::Run(arguments)) = &self.command else {
             bail!("expected run, got another command");
         };
         design(&arguments.design, texts, folder)
@@ -316,7 +284,6 @@ fn threads(common: Common) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn every_command_has_one_example() {

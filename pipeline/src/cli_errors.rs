@@ -174,6 +174,10 @@ mod tests {
                 "--paths: expected a whole number from 1000 to 1000000000000, such as 1000000, 1_000_000 or 1e6, got \"10\"",
             ),
             (
+                "run d.toml --paths -5",
+                "--paths: expected a whole number from 1000 to 1000000000000, such as 1000000, 1_000_000 or 1e6, got \"-5\"",
+            ),
+            (
                 "run d.toml --model hybird",
                 "--model: expected geometric, fine, control, hybrid or all, got \"hybird\"; did you mean hybrid?",
             ),
@@ -213,12 +217,12 @@ mod tests {
             ),
             (
                 "rum d.toml",
-                "expected one of the commands new, reproduce, run, explore, bsdf, converge, near-field, full-wave, study, optimise, tolerance, zones, plan, submit, merge, grating, export, import, schema, report, rays or check, got \"rum\"; did you mean run?",
+                "expected one of the commands new, reproduce, run, bsdf, study, optimise, tolerance, explore, converge, near-field, full-wave, zones, plan, submit, merge, grating, export, import, schema, report, rays, check, completions or man, got \"rum\"; did you mean run?",
             ),
         ] {
             assert_eq!(said(line), expected, "batwing {line}");
         }
-        assert!(said("--quiet").ends_with("rays or check, got none"));
+        assert!(said("--quiet").ends_with("completions or man, got none"));
     }
 
     /// Whatever is given to whatever argument of whatever command: one line that names it.

@@ -8,10 +8,11 @@
 //! ```
 //! use clap::Parser;
 //! use pipeline::cli::{Cli, Command};
+//! use pipeline::commands::job_record::SharedCommand;
 //!
 //! let cli = Cli::try_parse_from(["batwing", "run", "d1.toml", "--seed", "7"])?;
 //! assert_eq!(cli.common.seed, 7);
-//! assert!(matches!(cli.command, Command::Run(_)));
+//! assert!(matches!(cli.command, Command::Shared(SharedCommand::Run(_))));
 //! # Ok::<(), clap::Error>(())
 //! ```
 //!

@@ -41,11 +41,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use bsdf::Bsdf;
+use common::package::Dome;
 use common::{CAP, N, staircase};
 use tracer::glam::DVec3;
 use tracer::housing::Housing;
 use tracer::{
-    Dome, Emission, Emitter, FarField, Medium, Patch, PlaneMap, Prototype, Receiver, Region, Scene,
+    Emission, Emitter, FarField, Medium, Patch, PlaneMap, Prototype, Receiver, Region, Scene,
     SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run,
 };
 

@@ -9,6 +9,8 @@ mod held_tables;
 mod moved_boxes;
 mod optical_contact;
 mod order_tables;
+#[path = "../../tracer/tests/common/package.rs"]
+mod package;
 mod polarisers;
 mod prism_films;
 mod public_cases;

@@ -5,13 +5,14 @@
 //! [Helmholtz 1856]. With shares s of the emitted power and Lambertian faces, s(B→A) n² area(B) =
 //! s(A→B) area(A).
 
+use crate::package::{Cap, Dome, Package};
 use tracer::glam::DVec3;
 use tracer::receiver::{DetectorRectangle, Facing, Sense};
 use tracer::shape::{Bend, Element};
 use tracer::{
-    Cap, Detector, Dome, Emission, Emitter, Estimate, Interior, LedBox, Measurement, Medium,
-    Meridian, Mixed, Package, Polarisation, Prototype, Region, Scene, SceneBuilder, Settings,
-    Shape, Source, Surface, SurfaceModel, run,
+    Detector, Emission, Emitter, Estimate, Interior, LedBox, Measurement, Medium, Meridian, Mixed,
+    Polarisation, Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface,
+    SurfaceModel, run,
 };
 
 const N: f64 = 1.41;

@@ -12,6 +12,7 @@
 
 use std::sync::Arc;
 
+use crate::package::{Cap, Dome, Package};
 use batwing_tests::statistics::{SIGMAS, chi_square, chi_square_limit};
 use batwing_tests::tables::{direct, on_silicone, order_table, resolution};
 use bsdf::{Grid, OrderTable};
@@ -22,9 +23,8 @@ use rcwa::relief::{Polygon, Relief};
 use tracer::glam::DVec3;
 use tracer::package::ground;
 use tracer::{
-    Cap, Dome, Emission, Emitter, FarField, LedBox, Medium, Outcome, Package, Patch, Prototype,
-    Ray, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
-    run,
+    Emission, Emitter, FarField, LedBox, Medium, Outcome, Patch, Prototype, Ray, Receiver, Region,
+    Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run,
 };
 
 const N: f64 = 1.41;

@@ -4,3 +4,4 @@
 mod altered_files;
 mod crate_borders;
 mod import_cycles;
+mod recipes;

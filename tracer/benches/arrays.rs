@@ -6,10 +6,11 @@
 mod common;
 
 use common::CAP;
+use common::package::Dome;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use tracer::scene::InstanceSearch;
-use tracer::{Dome, Settings, run};
+use tracer::{Settings, run};
 
 fn main() {
     divan::main();

@@ -5,10 +5,11 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
+use common::package::Dome;
 use common::{CAP, staircase};
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use tracer::{Dome, FarField, PlaneMap, Scene, Settings, run};
+use tracer::{FarField, PlaneMap, Scene, Settings, run};
 
 fn main() {
     divan::main();

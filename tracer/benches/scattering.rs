@@ -6,13 +6,14 @@
 mod common;
 
 use common::CAP;
+use common::package::Dome;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use tracer::glam::DVec3;
 use tracer::observer::Observer;
 use tracer::run::trace_observed;
 use tracer::{
-    Dome, Emission, Emitter, Medium, PhaseFunction, Prototype, Ray, Region, Scattering, Scene,
+    Emission, Emitter, Medium, PhaseFunction, Prototype, Ray, Region, Scattering, Scene,
     SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run,
 };
 

@@ -40,7 +40,7 @@
 //! - A [`Surface`] is a shape, the regions on its two sides, and a [`SurfaceModel`] for each of its
 //!   patches: Fresnel interface, thin film, mirror, Lambertian, absorber, or any [`bsdf::Bsdf`].
 //! - A [`Prototype`] holds media, surfaces and sources in its own frame. [`SceneBuilder`] places it
-//!   many times, checks that nothing overlaps or leaks, and compiles the [`Scene`]. [`Package`]
+//!   many times, checks that nothing overlaps or leaks, and compiles the [`Scene`]. [`Interior`]
 //!   and [`housing::Housing`] build the usual ones.
 //! - A [`Medium`] absorbs along the way, scatters by a [`PhaseFunction`], and converts light to
 //!   other wavelengths by [`Luminophore`]s; [`WavelengthRun`] follows light through all of them.
@@ -93,7 +93,7 @@ pub use optics::phase::{PhaseFunction, PhaseTable, Scattering, SpherePhase};
 pub use optics::polarisation::Polarisation;
 pub use optics::thin_film::{Film, Layer};
 pub use outcome::{Outcome, Totals};
-pub use package::{Cap, Dome, Interior, LedBox, Package};
+pub use package::{Interior, LedBox};
 pub use ray::Ray;
 pub use receiver::{Detector, FarField, Filter, Measurement, PlaneMap, Receiver};
 pub use run::{Control, WavelengthRun, run, run_groups, run_rays, run_with, trace_observed};

@@ -9,13 +9,14 @@ use std::sync::Arc;
 use bsdf::Side;
 use rand_pcg::Pcg64;
 
+use crate::common::package::Dome;
 use crate::common::*;
 use tracer::RayRecord;
 use tracer::glam::DVec3;
 use tracer::random::{stream, unit};
 use tracer::shape::{Bend, Element, Reach, Sides};
 use tracer::{
-    Control, Dome, Emission, Emitter, Interior, LedBox, Medium, Meridian, Prototype, Ray, RaySet,
+    Control, Emission, Emitter, Interior, LedBox, Medium, Meridian, Prototype, Ray, RaySet,
     Settings, Shape, Source, Surface, SurfaceModel, run, run_rays,
 };
 

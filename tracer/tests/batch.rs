@@ -5,6 +5,7 @@
 use crate::common;
 use std::sync::Arc;
 
+use crate::common::package::{Dome, Package};
 use crate::common::{
     CAP, N, NoFresnel, array, mirrored_cap, package, single, staircase, teeth, trace,
 };
@@ -13,8 +14,8 @@ use tracer::housing::Housing;
 use tracer::run::{Control, run_rays};
 use tracer::shape::{Bend, Reach, Revolution, Sides};
 use tracer::{
-    Dome, Emission, FarField, Package, Patch, PhaseFunction, PlaneMap, Prototype, Ray, Region,
-    Scattering, Scene, Settings, Shape, Surface, SurfaceModel, run,
+    Emission, FarField, Patch, PhaseFunction, PlaneMap, Prototype, Ray, Region, Scattering, Scene,
+    Settings, Shape, Surface, SurfaceModel, run,
 };
 
 const GROUPS: usize = 6;

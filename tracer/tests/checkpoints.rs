@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::common::package::Dome;
 use crate::common::*;
 use tracer::run::run_with;
-use tracer::{CheckpointStore, Control, Dome, Error, FarField, Outcome, PlaneMap, Settings, run};
+use tracer::{CheckpointStore, Control, Error, FarField, Outcome, PlaneMap, Settings, run};
 
 /// Bytes by group.
 type Groups = BTreeMap<u64, Vec<u8>>;

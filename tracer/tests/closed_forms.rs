@@ -3,13 +3,14 @@
 //! Numbers: evaluation of the formulas in the comments; diffuse Fresnel reflectance after [Duntley
 //! 1942].
 
+use crate::common::package::Dome;
 use crate::common::*;
 use bsdf::Polarisation;
 use std::sync::Arc;
 use tracer::glam::DVec3;
 use tracer::{
-    Dome, Emission, Emitter, FarField, Medium, Prototype, Ray, Receiver, Region, SceneBuilder,
-    Settings, Shape, Source, Surface, SurfaceModel,
+    Emission, Emitter, FarField, Medium, Prototype, Ray, Receiver, Region, SceneBuilder, Settings,
+    Shape, Source, Surface, SurfaceModel,
 };
 
 /// Reflectance of a smooth interface for diffuse light from the outside, n > 1.

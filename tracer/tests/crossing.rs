@@ -4,11 +4,12 @@
 
 use std::sync::Arc;
 
+use crate::common::package::Dome;
 use crate::common::*;
 use tracer::RayRecord;
 use tracer::glam::DVec3;
 use tracer::{
-    Dome, Emission, Emitter, Error, Medium, Prototype, RaySet, Region, Scene, SceneBuilder, Shape,
+    Emission, Emitter, Error, Medium, Prototype, RaySet, Region, Scene, SceneBuilder, Shape,
     Source, Surface, SurfaceModel,
 };
 

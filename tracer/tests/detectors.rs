@@ -4,13 +4,14 @@
 
 use std::f64::consts::PI;
 
+use crate::common::package::Dome;
 use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::receiver::{Angles, DetectorRectangle, FLUX_BINS, Facing, Layout, Sense};
 use tracer::{
-    Detector, Dome, Emission, Emitter, Error, Estimate, FarField, Filter, Measurement, Medium,
-    Outcome, PlaneMap, Prototype, Receiver, Region, Sampling, Scene, SceneBuilder, Settings, Shape,
-    Source, Surface, SurfaceModel, run,
+    Detector, Emission, Emitter, Error, Estimate, FarField, Filter, Measurement, Medium, Outcome,
+    PlaneMap, Prototype, Receiver, Region, Sampling, Scene, SceneBuilder, Settings, Shape, Source,
+    Surface, SurfaceModel, run,
 };
 
 const UP: Facing = Facing::Z(Sense::Plus);

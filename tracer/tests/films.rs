@@ -2,14 +2,15 @@
 //! Thin films and polarisation in whole scenes: what rays carry through piles of plates, and what
 //! films let pass.
 
+use crate::common::package::Dome;
 use crate::common::*;
 use num_complex::Complex64;
 use std::sync::Arc;
 use tracer::glam::DVec3;
 use tracer::optics::thin_film::End;
 use tracer::{
-    Dome, Emission, Emitter, Error, Film, Layer, LayeredMirror, Medium, Outcome, Polarisation,
-    Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
+    Emission, Emitter, Error, Film, Layer, LayeredMirror, Medium, Outcome, Polarisation, Prototype,
+    Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
 };
 
 /// Level planes from above, with the index below each; a beam comes down on them at this angle.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Shapes: nothing is met twice, nothing leaks, and every shortcut gives what the long way gives.
 
+use crate::common::package::Dome;
 use crate::common::*;
 use bsdf::Side;
 use tracer::glam::DVec3;
@@ -9,7 +10,7 @@ use tracer::scene::InstanceSearch;
 use tracer::shape::{
     Bend, Element, Extent, Frustum, Intersection, Plane, RELATIVE_PAD, Reach, Revolution, Sides,
 };
-use tracer::{Dome, FarField, Meridian, Patch, PlaneMap, Ray, Settings, Shape, SurfaceModel};
+use tracer::{FarField, Meridian, Patch, PlaneMap, Ray, Settings, Shape, SurfaceModel};
 
 const EVERYWHERE: Reach = Reach { from: 0.0, to: f64::INFINITY };
 

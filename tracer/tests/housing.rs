@@ -4,6 +4,7 @@
 
 use std::f64::consts::PI;
 
+use crate::common::package::Dome;
 use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::housing::Housing;
@@ -166,7 +167,7 @@ fn a_mirror_ends_where_the_floor_begins() {
 
 #[test]
 fn what_stands_in_a_wall_is_refused() {
-    let package = package(N, tracer::Dome::smooth(&CAP), 0.95, 0.86);
+    let package = package(N, Dome::smooth(&CAP), 0.95, 0.86);
     let grey = SurfaceModel::Lambertian { reflectance: 0.5 };
     let built = |half: f64| {
         let mut scene = SceneBuilder::new(Medium::air());

@@ -5,12 +5,13 @@
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
+use crate::common::package::Dome;
 use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::run::{Control, run_rays, run_with};
 use tracer::{
-    CheckpointStore, Dome, Emission, Emitter, FarField, Medium, Outcome, PlaneMap, Receiver,
-    Region, Sampling, Scene, SceneBuilder, Settings, Source, run,
+    CheckpointStore, Emission, Emitter, FarField, Medium, Outcome, PlaneMap, Receiver, Region,
+    Sampling, Scene, SceneBuilder, Settings, Source, run,
 };
 
 /// A Lambertian rectangle in the open.

@@ -2,10 +2,11 @@
 //! Reflectors that are partly mirrors and partly diffuse: what goes where, and what the pure kinds
 //! have in common with them.
 
+use crate::common::package::Dome;
 use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::{
-    Dome, Emission, Emitter, Error, FarField, Medium, Mixed, Outcome, Polarisation, Region, Scene,
+    Emission, Emitter, Error, FarField, Medium, Mixed, Outcome, Polarisation, Region, Scene,
     SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel,
 };
 

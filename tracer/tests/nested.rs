@@ -6,14 +6,15 @@
 //! Beer and Lambert; solid angles; one radiance everywhere within a white furnace; a package of the
 //! index of what it stands in.
 
+use crate::common::package::Dome;
 use crate::common::placed::{at, brick, in_furnace, turned};
 use crate::common::*;
 use tracer::glam::{DMat3, DVec3};
 use tracer::receiver::{DetectorRectangle, Facing, Sense};
 use tracer::shape::{Closing, Element, Placement};
 use tracer::{
-    Detector, Dome, Emission, Emitter, Error, FarField, Measurement, Medium, Meridian, Outcome,
-    Patch, PlaneMap, Polarisation, Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source,
+    Detector, Emission, Emitter, Error, FarField, Measurement, Medium, Meridian, Outcome, Patch,
+    PlaneMap, Polarisation, Prototype, Region, Scene, SceneBuilder, Settings, Shape, Source,
     Surface, SurfaceModel, run,
 };
 

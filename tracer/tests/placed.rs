@@ -7,13 +7,14 @@
 
 use std::f64::consts::PI;
 
+use crate::common::package::Dome;
 use crate::common::placed::{at, brick, disc, in_furnace, turned};
 use crate::common::*;
 use bsdf::Side;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Bounds, Clip, Closing, Element, Extent, Foot, Placement, Plane, Reach, Sides};
 use tracer::{
-    Dome, Emission, Emitter, Fate, Interaction, Medium, Meridian, Observer, Prototype, Ray, Region,
+    Emission, Emitter, Fate, Interaction, Medium, Meridian, Observer, Prototype, Ray, Region,
     SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, random, trace_observed,
 };
 

@@ -2,13 +2,14 @@
 //! Placed shapes that cut each other, share a face or reach into packages and walls are refused,
 //! with both names; those that stand apart are not.
 
+use crate::common::package::Dome;
 use crate::common::placed::{at, brick, disc, turned};
 use crate::common::*;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Closing, Element};
 use tracer::{
-    Dome, Emission, Emitter, Error, Medium, Meridian, PlaneMap, Prototype, Region, Scene,
-    SceneBuilder, Shape, Source, Surface, SurfaceModel,
+    Emission, Emitter, Error, Medium, Meridian, PlaneMap, Prototype, Region, Scene, SceneBuilder,
+    Shape, Source, Surface, SurfaceModel,
 };
 
 fn solid(name: &str, shape: Shape, inner: Region, outer: Region, optics: &SurfaceModel) -> Surface {

@@ -2,6 +2,7 @@
 //! Samplers against their densities by chi-square, and runs against themselves: seeds, threads,
 //! cancellation.
 
+use crate::common::package::Dome;
 use crate::common::*;
 use rand::Rng;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -9,7 +10,7 @@ use tracer::glam::DVec3;
 use tracer::random::{Streams, cosine, disc, isotropic, stream, unit};
 use tracer::run::{Control, run_with};
 use tracer::{
-    Dome, Emission, Emitter, Error, FarField, Medium, Outcome, PlaneMap, Region, Sampling, Scene,
+    Emission, Emitter, Error, FarField, Medium, Outcome, PlaneMap, Region, Sampling, Scene,
     SceneBuilder, Settings, Source, run,
 };
 

@@ -4,14 +4,15 @@
 
 use std::sync::Arc;
 
+use crate::common::package::Dome;
 use crate::common::*;
 use tracer::glam::DVec3;
 use tracer::observer::{Fate, Observer};
 use tracer::random;
 use tracer::run::{Control, run_rays, trace_observed};
 use tracer::{
-    Dome, Emission, Emitter, Error, Medium, PhaseFunction, PhaseTable, Polarisation, Prototype,
-    Ray, Region, Scattering, Scene, SceneBuilder, Settings, Shape, Source, Sphere, Surface,
+    Emission, Emitter, Error, Medium, PhaseFunction, PhaseTable, Polarisation, Prototype, Ray,
+    Region, Scattering, Scene, SceneBuilder, Settings, Shape, Source, Sphere, Surface,
     SurfaceModel, run,
 };
 

@@ -2,14 +2,15 @@
 //! Laws of transport: integrating sphere, white furnace, etendue, view factors, cos⁴, power that
 //! balances.
 
+use crate::common::package::Dome;
 use crate::common::*;
 use std::f64::consts::PI;
 use std::sync::Arc;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Extent, Plane};
 use tracer::{
-    Dome, Emission, Emitter, FarField, Medium, Mixed, Patch, PlaneMap, Polarisation, Prototype,
-    Region, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, random,
+    Emission, Emitter, FarField, Medium, Mixed, Patch, PlaneMap, Polarisation, Prototype, Region,
+    SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, random,
 };
 
 #[test]

@@ -267,11 +267,6 @@ impl Map {
     pub fn standard_error(&self) -> &[f64] {
         &self.standard_error
     }
-
-    /// Largest value.
-    pub fn maximum(&self) -> f64 {
-        self.value.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-    }
 }
 
 /// One curve of a picture: values with standard errors over ascending positions.
@@ -411,17 +406,6 @@ impl Curve {
     pub fn maximum(&self) -> f64 {
         self.value.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
-
-    /// Value at `x` by linear interpolation; `None` outside the curve.
-    pub fn at(&self, x: f64) -> Option<f64> {
-        let last = self.x.len() - 1;
-        if !(self.x[0]..=self.x[last]).contains(&x) {
-            return None;
-        }
-        let right = self.x.partition_point(|&p| p < x).clamp(1, last);
-        let share = (x - self.x[right - 1]) / (self.x[right] - self.x[right - 1]);
-        Some(self.value[right - 1] + share * (self.value[right] - self.value[right - 1]))
-    }
 }
 
 fn check_values(name: &str, value: &[f64], standard_error: &[f64]) -> Result<()> {
@@ -500,13 +484,5 @@ mod tests {
         assert_eq!(thin.value(), [2.0, 8.0, 14.0]);
         assert!((thin.standard_error()[0] - 0.3 / 3.0f64.sqrt()).abs() < 1e-15);
         assert_eq!(curve.thinned(9).unwrap(), curve);
-    }
-
-    #[test]
-    fn curve_interpolates_between_its_points_only() {
-        let curve = Curve::new("a", vec![0.0, 2.0], vec![1.0, 3.0], vec![0.0; 2]).unwrap();
-        assert_eq!(curve.at(0.5), Some(1.5));
-        assert_eq!(curve.at(2.0), Some(3.0));
-        assert_eq!(curve.at(2.1), None);
     }
 }

@@ -10,7 +10,7 @@ use metrics::Grouped;
 use metrics::illuminance::Grid;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use report::plots::{
-    BinImage, IlluminanceMap, LedOutline, LineColours, Mark, Picture, Section, cross_section,
+    IlluminanceMap, LedOutline, LineColours, Mark, Picture, Section, cross_section,
     illuminance_map, palette,
 };
 use results::figure_entry::FigureEntry;
@@ -274,13 +274,10 @@ impl ModelFiles<'_> {
         let name = capitalised(map.quantity().name());
         let title = format!("{name} at z = {} mm", self.design.receiver.plane_height_mm);
         draw(&IlluminanceMap {
-            heading: &self.heading(&title),
-            map,
             leds: &self.led_outlines(),
-            range: None,
-            image: BinImage::Sharp,
             marks: &marks,
             section: Some(line.ends()),
+            ..IlluminanceMap::plain(&self.heading(&title), map)
         })
     }
 

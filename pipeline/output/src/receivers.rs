@@ -27,7 +27,7 @@ use metrics::kinds::ReceiverKind;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
 use metrics::{Estimate, Grouped};
 use report::plots::{
-    BinImage, FarField, Heading, IlluminanceMap, LineColours, far_field_cartesian, illuminance_map,
+    FarField, Heading, IlluminanceMap, LineColours, far_field_cartesian, illuminance_map,
     receiver_title,
 };
 use results::Figure;
@@ -272,15 +272,8 @@ impl<'a> ReceiverOutput<'a> {
         }
         if let Some(map) = &self.map {
             let title = capitalised(&receiver_title(self.quantity.name(), name));
-            let picture = illuminance_map(&IlluminanceMap {
-                heading: &Heading::new(title, &shared.subtitle),
-                map,
-                leds: &[],
-                range: None,
-                image: BinImage::Sharp,
-                marks: &[],
-                section: None,
-            })?;
+            let heading = Heading::new(title, &shared.subtitle);
+            let picture = illuminance_map(&IlluminanceMap::plain(&heading, map))?;
             files.push(file("png"));
             write_bytes(&folder.join(&files[files.len() - 1]), &picture.png()?)?;
         }

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Arguments that several commands have, and the parsers of their values.
 
+use std::any::TypeId;
 use std::fmt::Display;
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::str::FromStr;
 
-use clap::ValueEnum;
+use clap::{Command, ValueEnum};
 
 use arrays::cache::Cache;
 use design::resolved::PATHS;
@@ -47,6 +48,23 @@ pub enum IncidentSide {
     Inner,
     /// The outer side: of a dome, the air.
     Outer,
+}
+
+/// Lets the arguments of numbers take negative ones, which their parsers then refuse by name.
+pub(crate) fn negative_numbers(command: Command) -> Command {
+    let numbers = [
+        TypeId::of::<f64>(),
+        TypeId::of::<u8>(),
+        TypeId::of::<u16>(),
+        TypeId::of::<u32>(),
+        TypeId::of::<u64>(),
+        TypeId::of::<usize>(),
+    ];
+    command.mut_args(|argument| {
+        let value = argument.get_value_parser().type_id();
+        let is_number = numbers.iter().any(|number| value == *number);
+        if is_number { argument.allow_negative_numbers(true) } else { argument }
+    })
 }
 
 /// The cache in `directory`, or beside `out` where none is given.

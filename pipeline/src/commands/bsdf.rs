@@ -50,7 +50,7 @@ pub struct BsdfArgs {
     #[arg(long, value_name = "75|5,75,165|representatives|all", default_value = "representatives")]
     pub rings: RingChoice,
     /// Largest error of a direction's R or T, instead of the design's hybrid.tolerance
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = tolerance)]
+    #[arg(long, value_name = "T", value_parser = tolerance)]
     pub tolerance: Option<f64>,
     /// Directory for the tables
     #[arg(long, value_name = "DIR", default_value = "tables")]
@@ -104,8 +104,58 @@ impl Shardable for BsdfArgs {
         Ok(Box::new(Job::new(rings::of(&design, &rings), Vec::new(), inputs)))
     }
 
+    /// Finds or solves the chosen rings, and writes `<design>-ring-075.bworders` and its neighbours.
     fn run(&self, context: RunContext) -> Result<()> {
-        run(self, context)
+        if self.films {
+            return films::run(self, context);
+        }
+        let changed = self.steps.changed().into_iter().find(|(_, is_changed)| *is_changed);
+        if let Some((name, _)) = changed {
+            bail!("{name}: expected it beside --films, got --rings {}", self.rings);
+        }
+        let (design, rings) = self.rings()?;
+        writable(&self.out)?;
+        let cache = (!self.no_cache).then(|| cache(self.cache.as_deref(), &self.out));
+        if let Some(cache) = &cache {
+            writable(cache.directory())?;
+        }
+
+        // Rows are printed as they come: all rings of a design take minutes.
+        let rows_for_people = !context.console.json && !context.console.quiet;
+        if rows_for_people {
+            Console::print(HEADING)?;
+        }
+        let begin = Instant::now();
+        let mut rows = Vec::new();
+        each(&design, &rings, cache.as_ref(), context, |ring| {
+            let file = self.out.join(format!("{}-ring-{:03}.{EXTENSION}", design.name, ring.ring));
+            let table = labelled(&ring.table, &design, ring.band, ring.ring)?;
+            write_table(&file, &table)?;
+            let bytes = std::fs::metadata(&file)
+                .with_context(|| format!("cannot look at `{}`", file.display()))?
+                .len();
+            let file = file.display().to_string();
+            if rows_for_people {
+                Console::print(&row(&ring, bytes, &file))?;
+            }
+            rows.push(describe(&ring, bytes, &file));
+            Ok(())
+        })?;
+        let seconds = begin.elapsed().as_secs_f64();
+        let total = |key: &str| -> f64 { rows.iter().filter_map(|r| r[key].as_f64()).sum() };
+        let summary = format!(
+            "{} in {seconds:.1} s, {:.2e} operations, {:.1} MB",
+            count(rows.len(), "table"),
+            total("operations"),
+            total("bytes") * 1e-6
+        );
+        let json = json!({
+            "design": design.name,
+            "tolerance": design.hybrid.tolerance,
+            "seconds": seconds,
+            "rings": rows,
+        });
+        context.console.result(&json, || summary)
     }
 }
 
@@ -120,60 +170,6 @@ impl BsdfArgs {
         let rings = self.rings.rings(&design).with_context(of_file)?;
         Ok((design, rings))
     }
-}
-
-/// Finds or solves the chosen rings, and writes `<design>-ring-075.bworders` and its neighbours.
-pub fn run(arguments: &BsdfArgs, context: RunContext) -> Result<()> {
-    if arguments.films {
-        return films::run(arguments, context);
-    }
-    let changed = arguments.steps.changed().into_iter().find(|(_, is_changed)| *is_changed);
-    if let Some((name, _)) = changed {
-        bail!("{name}: expected it beside --films, got --rings {}", arguments.rings);
-    }
-    let (design, rings) = arguments.rings()?;
-    writable(&arguments.out)?;
-    let cache = (!arguments.no_cache).then(|| cache(arguments.cache.as_deref(), &arguments.out));
-    if let Some(cache) = &cache {
-        writable(cache.directory())?;
-    }
-
-    // Rows are printed as they come: all rings of a design take minutes.
-    let rows_for_people = !context.console.json && !context.console.quiet;
-    if rows_for_people {
-        Console::print(HEADING)?;
-    }
-    let begin = Instant::now();
-    let mut rows = Vec::new();
-    each(&design, &rings, cache.as_ref(), context, |ring| {
-        let file = arguments.out.join(format!("{}-ring-{:03}.{EXTENSION}", design.name, ring.ring));
-        let table = labelled(&ring.table, &design, ring.band, ring.ring)?;
-        write_table(&file, &table)?;
-        let bytes = std::fs::metadata(&file)
-            .with_context(|| format!("cannot look at `{}`", file.display()))?
-            .len();
-        let file = file.display().to_string();
-        if rows_for_people {
-            Console::print(&row(&ring, bytes, &file))?;
-        }
-        rows.push(describe(&ring, bytes, &file));
-        Ok(())
-    })?;
-    let seconds = begin.elapsed().as_secs_f64();
-    let total = |key: &str| -> f64 { rows.iter().filter_map(|r| r[key].as_f64()).sum() };
-    let summary = format!(
-        "{} in {seconds:.1} s, {:.2e} operations, {:.1} MB",
-        count(rows.len(), "table"),
-        total("operations"),
-        total("bytes") * 1e-6
-    );
-    let json = json!({
-        "design": design.name,
-        "tolerance": design.hybrid.tolerance,
-        "seconds": seconds,
-        "rings": rows,
-    });
-    context.console.result(&json, || summary)
 }
 
 fn row(ring: &RingTable, bytes: u64, file: &str) -> String {

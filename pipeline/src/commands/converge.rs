@@ -28,25 +28,18 @@ pub struct ConvergeArgs {
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
     /// Ring, from 1
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N")]
     pub ring: usize,
     /// Highest orders to try, such as 30,40,60 [default: from what propagates to nearly twice that]
     #[arg(
         long,
         value_name = "LIST",
-        allow_negative_numbers = true,
         value_delimiter = ',',
         value_parser = whole(1..=Truncation::MAX)
     )]
     pub orders: Option<Vec<usize>>,
     /// Numbers of slices to try [default: from 1 to 14 per wavelength of depth]
-    #[arg(
-        long,
-        value_name = "LIST",
-        allow_negative_numbers = true,
-        value_delimiter = ',',
-        value_parser = whole(1..=MAX_SWEPT)
-    )]
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_parser = whole(1..=MAX_SWEPT))]
     pub slices: Option<Vec<usize>>,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "convergence")]

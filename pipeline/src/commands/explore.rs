@@ -17,9 +17,10 @@ use simulate::model::Model;
 
 use super::arguments::{cache, whole};
 use super::export::{self, ExportArgs};
-use super::optimise::{self, OptimiseArgs};
+use super::optimise::OptimiseArgs;
 use super::report::{self, ReportArgs};
 use super::run::{self, RunArgs};
+use super::shardable::Shardable;
 
 /// `batwing explore`.
 #[derive(Debug, Args)]
@@ -28,12 +29,7 @@ pub struct ExploreArgs {
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
     /// Port on 127.0.0.1, 0 for one that is free [default: 4747, or a free one]
-    #[arg(
-        long,
-        value_name = "N",
-        allow_negative_numbers = true,
-        value_parser = whole(0..=u16::MAX)
-    )]
+    #[arg(long, value_name = "N", value_parser = whole(0..=u16::MAX))]
     pub port: Option<u16>,
     /// Print the address and open no browser
     #[arg(long)]
@@ -154,7 +150,7 @@ impl Actions for Commands {
     ) -> Result<String> {
         let mut arguments: OptimiseArgs = self.arguments(problem, out, &[])?;
         arguments.texts.insert(file.to_owned(), text.to_owned());
-        optimise::run(&arguments, context)?;
+        arguments.run(context)?;
         let found = out.join("design.toml");
         std::fs::read_to_string(&found).with_context(|| format!("`{}`", found.display()))
     }

@@ -73,18 +73,18 @@ pub struct ExportArgs {
     #[arg(long, value_enum, default_value = "geometric")]
     pub model: ExportModel,
     /// Paths to trace, instead of the design's trace.paths
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
+    #[arg(long, value_name = "N", value_parser = paths)]
     pub paths: Option<u64>,
     /// Luminous flux of the sources in lm (of converted light that which leaves), for far fields
     /// [default: that of the design, else 1000]
     /// and ray files [default: that of the design, else not stated]
-    #[arg(long, value_name = "LM", allow_negative_numbers = true)]
+    #[arg(long, value_name = "LM")]
     pub lumens: Option<f64>,
     /// Absolute photometry instead of relative to the flux of the sources
     #[arg(long)]
     pub absolute: bool,
     /// Largest distance of a mesh from the true surface, micrometres
-    #[arg(long, value_name = "UM", default_value_t = 0.5, allow_negative_numbers = true)]
+    #[arg(long, value_name = "UM", default_value_t = 0.5)]
     pub chord_error: f64,
     /// Directory that keeps tables for later runs [default: .batwing-cache beside the file written]
     #[arg(long, value_name = "DIR")]

@@ -101,20 +101,19 @@ pub(super) fn not_over(input: &Path, out: &Path, format: FileFormat) -> Result<(
 #[derive(Debug, Clone, Copy, PartialEq, Args)]
 pub struct CellSteps {
     /// Step of the polar angle of incidence, degrees
-    #[arg(long, value_name = "DEG", default_value_t = Self::default().incidence_step, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", default_value_t = Self::default().incidence_step)]
     pub incidence_step: f64,
     /// Step of the azimuth of incidence, degrees
-    #[arg(long, value_name = "DEG", default_value_t = Self::default().azimuth_step, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", default_value_t = Self::default().azimuth_step)]
     pub azimuth_step: f64,
     /// Step of the angles of scatter, degrees: the width over which orders are spread
-    #[arg(long, value_name = "DEG", default_value_t = Self::default().scatter_step, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", default_value_t = Self::default().scatter_step)]
     pub scatter_step: f64,
     /// Cells of a tensor tree along each coordinate: 2 to this power
     #[arg(
         long,
         value_name = "N",
         default_value_t = Self::default().tree_log2,
-        allow_negative_numbers = true,
         value_parser = whole(1..=7_u32)
     )]
     pub tree_log2: u32,
@@ -123,7 +122,6 @@ pub struct CellSteps {
         long,
         value_name = "N",
         default_value_t = Self::default().samples,
-        allow_negative_numbers = true,
         value_parser = whole(1..=1024_u16)
     )]
     pub samples: u16,

@@ -59,36 +59,30 @@ pub struct FullWaveArgs {
     pub design: PathBuf,
     /// Rings from the axis to the rim [default: as many as ten minutes and the memory allow, at
     /// most those of the design]; of a dome without relief they state its size
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=2000_usize))]
+    #[arg(long, value_name = "N", value_parser = whole(1..=2000_usize))]
     pub rings: Option<usize>,
     /// Width of a ring, µm [default: `hybrid.element_width_um`]
-    #[arg(
-        long,
-        value_name = "UM",
-        allow_negative_numbers = true,
-        value_parser = finite,
-        conflicts_with = "scale"
-    )]
+    #[arg(long, value_name = "UM", value_parser = finite, conflicts_with = "scale")]
     pub ring_width_um: Option<f64>,
     /// The whole dome, with the rings as designed, times this factor
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "S", value_parser = finite)]
     pub scale: Option<f64>,
     /// Line sources over the chip, in twelve sets of as many, two at least: a number between is
     /// rounded up
-    #[arg(long, value_name = "N", default_value = "360", allow_negative_numbers = true, value_parser = whole(2..=2000_usize))]
+    #[arg(long, value_name = "N", default_value = "360", value_parser = whole(2..=2000_usize))]
     pub sources: usize,
     /// Paths of rays and of the hybrid, for each polarisation
-    #[arg(long, value_name = "N", default_value = "2e6", allow_negative_numbers = true, value_parser = paths)]
+    #[arg(long, value_name = "N", default_value = "2e6", value_parser = paths)]
     pub paths: u64,
     /// Error of full wave over the largest bin of a source, 1e-10 to 1e-3
-    #[arg(long, value_name = "SHARE", default_value_t = 1e-5, allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "SHARE", default_value_t = 1e-5, value_parser = finite)]
     pub tolerance: f64,
     /// Nodes of full wave to a wavelength in the dome, up to 40 [default: those that the tolerance
     /// needs, 7]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "N", value_parser = finite)]
     pub nodes: Option<f64>,
     /// Memory for full wave, GiB [default: 60 % of what is free]
-    #[arg(long, value_name = "GIB", allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "GIB", value_parser = finite)]
     pub memory_gib: Option<f64>,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "full-wave")]

@@ -43,19 +43,19 @@ pub struct ImportArgs {
     pub format: Option<FileFormat>,
     /// Number of rays to write of a file of rays, taken by chance in proportion to their flux, which
     /// is kept in all [default: all]
-    #[arg(long, value_name = "N", requires = "out", allow_negative_numbers = true, value_parser = whole(1..=1_000_000_000_000_u64))]
+    #[arg(long, value_name = "N", requires = "out", value_parser = whole(1..=1_000_000_000_000_u64))]
     pub rays: Option<u64>,
     /// Resolution of tables.
     #[command(flatten)]
     pub steps: CellSteps,
     /// Refractive index on the inner side, for scattering tables
-    #[arg(long, value_name = "N", default_value_t = INDEX, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = INDEX)]
     pub index_inner: f64,
     /// Refractive index on the outer side, for scattering tables
-    #[arg(long, value_name = "N", default_value_t = INDEX, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = INDEX)]
     pub index_outer: f64,
     /// Set of lamps of an EULUMDAT file, from 1 [default: 1]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1..=10_000_usize))]
+    #[arg(long, value_name = "N", value_parser = whole(1..=10_000_usize))]
     pub lamp_set: Option<usize>,
     /// Side that the light of a Zemax or Speos file comes from
     #[arg(long, value_enum, default_value_t = FROM)]

@@ -23,6 +23,7 @@ use runtime::store::program_sha256;
 use simulate::job::SharedWork;
 use simulate::shard::SHARDS;
 
+use super::arguments::negative_numbers;
 use super::bsdf::BsdfArgs;
 use super::optimise::OptimiseArgs;
 use super::reproduce::ReproduceArgs;
@@ -38,7 +39,7 @@ const VERSION: u32 = 1;
 
 /// A command line whose work may be shared.
 #[derive(Debug, Parser)]
-#[command(name = "batwing", no_binary_name = true)]
+#[command(name = "batwing", no_binary_name = true, mut_subcommands = negative_numbers)]
 pub struct SharedLine {
     /// Seed of every random number
     #[arg(long, global = true, default_value_t = 1)]
@@ -51,18 +52,32 @@ pub struct SharedLine {
 /// The commands whose work may be shared.
 #[derive(Debug, Subcommand)]
 pub enum SharedCommand {
-    /// `batwing reproduce`.
+    /// Compute the paper's tables and figures from nothing
+    #[command(after_help = "Example: batwing reproduce --quick --out results-quick")]
     Reproduce(ReproduceArgs),
-    /// `batwing run`.
+    /// Trace one design
+    #[command(
+        after_help = "Example: batwing run data/designs/d1.toml --model geometric --out results-d1"
+    )]
     Run(RunArgs),
-    /// `batwing bsdf`.
+    /// Compute the tables of diffraction orders of a design, or its film stack as a file
+    #[command(
+        after_help = "Example: batwing bsdf data/designs/d2.toml --rings 5,75,165 --tolerance 1e-3 --out tables-d2"
+    )]
     Bsdf(BsdfArgs),
-    /// `batwing study`.
+    /// Vary keys of designs and rank the set-ups by how near their figures come to targets
+    #[command(after_help = "Example: batwing study data/studies/readings.toml --out study")]
     Study(StudyArgs),
-    /// `batwing tolerance`.
-    Tolerance(ToleranceArgs),
-    /// `batwing optimise`.
+    /// Search for the design that a problem file asks for, and verify it
+    #[command(
+        after_help = "Example: batwing optimise data/gallery/d3-by-rays/problem.toml --out optimised"
+    )]
     Optimise(OptimiseArgs),
+    /// Show what deviations of real packages do to the figures of a design
+    #[command(
+        after_help = "Example: batwing tolerance data/gallery/d3-by-rays/tolerance.toml --out tolerance"
+    )]
+    Tolerance(ToleranceArgs),
 }
 
 impl SharedCommand {

@@ -23,6 +23,7 @@ pub mod run;
 pub mod schema;
 pub mod shardable;
 pub mod shards;
+pub mod shell;
 pub mod study;
 pub mod submit;
 pub mod tolerance;

@@ -41,60 +41,32 @@ pub struct NearFieldArgs {
     #[arg(value_name = "DESIGN.toml")]
     pub design: PathBuf,
     /// Ring, from 1
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N")]
     pub ring: usize,
     /// Side that the light comes from
     #[arg(long, value_enum, default_value = "inner")]
     pub side: IncidentSide,
     /// Angle to the normal of the ring's chord, above -90 and below 90
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 0.0,
-        allow_negative_numbers = true,
-        value_parser = polar_angle
-    )]
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = polar_angle)]
     pub theta_deg: f64,
     /// Azimuth from the meridian
-    #[arg(
-        long,
-        value_name = "DEG",
-        default_value_t = 0.0,
-        allow_negative_numbers = true,
-        value_parser = finite
-    )]
+    #[arg(long, value_name = "DEG", default_value_t = 0.0, value_parser = finite)]
     pub phi_deg: f64,
     /// Polarisation
     #[arg(long, value_enum, default_value = "s")]
     pub pol: IncidentPol,
     /// Periods to show
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 1,
-        allow_negative_numbers = true,
-        value_parser = whole(1..=20_u8)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole(1..=20_u8))]
     pub periods: u8,
     /// Depth of view into both half-spaces, in µm [default: two wavelengths or a quarter of the
     /// relief]
-    #[arg(long, value_name = "UM", allow_negative_numbers = true, value_parser = finite)]
+    #[arg(long, value_name = "UM", value_parser = finite)]
     pub margin_um: Option<f64>,
     /// Highest order to keep [default: half as many again as propagate]
-    #[arg(
-        long,
-        value_name = "M",
-        allow_negative_numbers = true,
-        value_parser = whole(0..=Truncation::MAX)
-    )]
+    #[arg(long, value_name = "M", value_parser = whole(0..=Truncation::MAX))]
     pub orders: Option<usize>,
     /// Slices of the relief [default: 24 to a wavelength]
-    #[arg(
-        long,
-        value_name = "N",
-        allow_negative_numbers = true,
-        value_parser = whole(1..=MAX_SLICES)
-    )]
+    #[arg(long, value_name = "N", value_parser = whole(1..=MAX_SLICES))]
     pub slices: Option<usize>,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "fields")]

@@ -85,8 +85,62 @@ impl Shardable for OptimiseArgs {
         Ok(Box::new(SharedSearch::new(problem, context)?))
     }
 
+    /// Searches and verifies; writes the log, the design, the results of both designs and
+    /// `optimise.json` last.
     fn run(&self, context: RunContext) -> Result<()> {
-        run(self, context)
+        let started = Instant::now();
+        let mut problem = problem::load(&self.problem, &self.texts)?;
+        let out = self.out.as_path();
+        let cache = self.job_options().cache();
+        let mut recipe = Recipe::new(&problem, &cache, self.budget);
+        if !context.is_merging() {
+            recipe.pilot(context)?;
+        }
+        if self.evaluate {
+            let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
+            return external_search::judge_lines(&problem, &cache, context, input, output);
+        }
+        let folders = [&problem.design.name, &problem.name].into_iter().flat_map(|name| {
+            let design = Design { name: name.clone(), ..problem.design.clone() };
+            let models = problem.models.iter();
+            let folders: Vec<PathBuf> = models.map(|&m| model_result::folder(&design, m)).collect();
+            folders
+        });
+        keeps_inputs(&problem, out)?;
+        let copies = named_files::copies(&problem, out).into_iter();
+        let copies: Vec<String> = copies.map(|copy| copy.display().to_string()).collect();
+        let files = copies.iter().map(String::as_str).chain([results::FILE, FILE]);
+        results_writable(out, folders, &files.collect::<Vec<_>>(), Some(&cache))?;
+        writable(cache.directory())?;
+        context.interrupt.note(format!(
+            "before {FILE} was written; the log stays in `{}`, --resume goes on from there",
+            out.display()
+        ));
+        let found = recipe.run(out, self.resume, context)?;
+        problem.verification_paths = found.verification_paths;
+        let results = verified(&problem, &found, out, &cache, context)?;
+        results.write(out)?;
+        // The log states times, which no two runs share.
+        let mut files = vec![outputs::DESIGN, results::FILE];
+        let mut file = found.to_file(&problem, context.seed);
+        files.extend(pictures(&file, out)?);
+        let front = file.front.iter().flat_map(|front| &front.designs);
+        files.extend(front.map(|one| one.design.as_str()));
+        let files = files.into_iter().map(|name| FileRecord::of_output(out, name));
+        file.files = files.collect::<Result<Vec<_>>>()?;
+        for missed in missed_constraints(&file) {
+            context.console.warn(&format!("{}: {missed}", self.problem.display()));
+        }
+        let json = sealed(serde_json::to_value(&file)?)?;
+        atomic_file::write_json(&out.join(FILE), &json)?;
+        context.console.result(&json, || {
+            format!(
+                "{}\n{:.1} s; results in {}",
+                plain_text(&file),
+                started.elapsed().as_secs_f64(),
+                out.display()
+            )
+        })
     }
 }
 
@@ -101,64 +155,6 @@ fn budget(text: &str) -> Result<Duration, String> {
     seconds
         .map(Duration::from_secs_f64)
         .ok_or_else(|| "expected a time such as 90s, 6min or 2h, at least 1 s".to_owned())
-}
-
-/// Searches and verifies; writes the log, the design, the results of both designs and
-/// `optimise.json` last.
-pub fn run(arguments: &OptimiseArgs, context: RunContext) -> Result<()> {
-    let started = Instant::now();
-    let mut problem = problem::load(&arguments.problem, &arguments.texts)?;
-    let out = arguments.out.as_path();
-    let cache = arguments.job_options().cache();
-    let mut recipe = Recipe::new(&problem, &cache, arguments.budget);
-    if !context.is_merging() {
-        recipe.pilot(context)?;
-    }
-    if arguments.evaluate {
-        let (input, output) = (std::io::stdin().lock(), std::io::stdout().lock());
-        return external_search::judge_lines(&problem, &cache, context, input, output);
-    }
-    let folders = [&problem.design.name, &problem.name].into_iter().flat_map(|name| {
-        let design = Design { name: name.clone(), ..problem.design.clone() };
-        let models = problem.models.iter();
-        let folders: Vec<PathBuf> = models.map(|&m| model_result::folder(&design, m)).collect();
-        folders
-    });
-    keeps_inputs(&problem, out)?;
-    let copies = named_files::copies(&problem, out).into_iter();
-    let copies: Vec<String> = copies.map(|copy| copy.display().to_string()).collect();
-    let files = copies.iter().map(String::as_str).chain([results::FILE, FILE]);
-    results_writable(out, folders, &files.collect::<Vec<_>>(), Some(&cache))?;
-    writable(cache.directory())?;
-    context.interrupt.note(format!(
-        "before {FILE} was written; the log stays in `{}`, --resume goes on from there",
-        out.display()
-    ));
-    let found = recipe.run(out, arguments.resume, context)?;
-    problem.verification_paths = found.verification_paths;
-    let results = verified(&problem, &found, out, &cache, context)?;
-    results.write(out)?;
-    // The log states times, which no two runs share.
-    let mut files = vec![outputs::DESIGN, results::FILE];
-    let mut file = found.to_file(&problem, context.seed);
-    files.extend(pictures(&file, out)?);
-    let front = file.front.iter().flat_map(|front| &front.designs);
-    files.extend(front.map(|one| one.design.as_str()));
-    let files = files.into_iter().map(|name| FileRecord::of_output(out, name));
-    file.files = files.collect::<Result<Vec<_>>>()?;
-    for missed in missed_constraints(&file) {
-        context.console.warn(&format!("{}: {missed}", arguments.problem.display()));
-    }
-    let json = sealed(serde_json::to_value(&file)?)?;
-    atomic_file::write_json(&out.join(FILE), &json)?;
-    context.console.result(&json, || {
-        format!(
-            "{}\n{:.1} s; results in {}",
-            plain_text(&file),
-            started.elapsed().as_secs_f64(),
-            out.display()
-        )
-    })
 }
 
 /// Refuses a directory in which results would replace what the search reads.

@@ -34,13 +34,7 @@ pub struct RaysArgs {
     #[arg(long, value_enum, default_value = "geometric")]
     pub model: ModelChoice,
     /// Paths to trace
-    #[arg(
-        long,
-        value_name = "N",
-        default_value_t = 100,
-        allow_negative_numbers = true,
-        value_parser = whole(1..=100_000_u64)
-    )]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = whole(1..=100_000_u64))]
     pub count: u64,
     /// Directory for the picture and the paths
     #[arg(long, value_name = "DIR", default_value = "rays")]

@@ -80,8 +80,79 @@ impl Shardable for ReproduceArgs {
         Ok(Box::new(Job::new(Vec::new(), tasks.collect(), inputs)))
     }
 
+    /// Computes everything and writes it under the output directory, `results.json` last.
     fn run(&self, context: RunContext) -> Result<()> {
-        run(self, context)
+        let published = Published::load()?;
+        let (compared, references) = self.designs()?;
+        let cache = cache(self.cache.as_deref(), &self.out);
+        let folders = compared
+            .iter()
+            .chain(&references)
+            .flat_map(|d| Model::all_of(d).into_iter().map(|m| model_result::folder(d, m)))
+            .chain([PathBuf::from(paper_figures::FOLDER)]);
+        let files = [results::FILE, SUMMARY, COMPARISON];
+        results_writable(&self.out, folders, &files, Some(&cache))?;
+        let kept = [Some(TABLES), (!self.quick).then_some(PATHS)];
+        note_interrupt(context, Some(&cache), &kept);
+        let checkpoints = checkpoints(Some(&cache).filter(|_| !self.quick), context)?;
+        let context = context.storing(checkpoints.as_ref());
+        if self.quick {
+            context.console.say(QUICK_NOTE);
+        }
+        let all_tables = tables(&compared.iter().collect::<Vec<_>>(), Some(&cache), None, context)?;
+
+        let destination = Destination { out: &self.out, writer: &ModelFilesWriter::default() };
+        let trace = |design: &Design, tables: Option<&DesignTables>| -> Result<DesignResult> {
+            let run = Run { design, lights: None, stopping_rule: None, cache: Some(&cache) };
+            let models = Model::all_of(design)
+                .into_iter()
+                .map(|model| run.model(model, tables, destination, context));
+            Ok(DesignResult {
+                name: design.name.clone(),
+                design_sha256: design.provenance.sha256.clone(),
+                models: models.collect::<Result<_>>()?,
+            })
+        };
+        let designs: Vec<DesignResult> = compared
+            .iter()
+            .zip(&all_tables)
+            .map(|(d, t)| trace(d, Some(t)))
+            .collect::<Result<_>>()?;
+        let beside: Vec<DesignResult> =
+            references.iter().map(|d| trace(d, None)).collect::<Result<_>>()?;
+        let parts = paper_figures::all(&compared, &all_tables[0], &self.out, context)?;
+
+        let mut results = Results {
+            quick: self.quick,
+            seed: context.seed,
+            inputs: inputs(&compared, &references),
+            designs,
+            references: beside,
+            parts,
+            files: Vec::new(),
+        };
+        let rows = summary::rows(&results, &published);
+        comparison(&rows, self.quick, &self.out)?;
+        atomic_file::write_bytes(
+            &self.out.join(SUMMARY),
+            summary_file(&rows, self.quick).as_bytes(),
+        )?;
+        let pictures = paper_figures::FILES.map(|file| Path::new(paper_figures::FOLDER).join(file));
+        let others = [SUMMARY, COMPARISON].map(PathBuf::from);
+        results.files = results::written(
+            &self.out,
+            results.designs.iter().chain(&results.references),
+            pictures.into_iter().chain(others),
+        )?;
+        let mut file = results.to_file();
+        published.join(&mut file);
+        let json = file.to_json()?;
+        atomic_file::write_json(&self.out.join(results::FILE), &json)?;
+        checkpoints.iter().for_each(Store::finish);
+        context.console.result(&json, || {
+            let note = if self.quick { format!("\n{QUICK_NOTE}\n") } else { String::new() };
+            format!("{}{note}\nwritten to {}", summary::plain_text(&rows), self.out.display())
+        })
     }
 }
 
@@ -102,78 +173,6 @@ fn inputs(compared: &[Design], references: &[Design]) -> Vec<FileRecord> {
     let files = designs.flat_map(|design| design.provenance.inputs());
     let published = FileRecord::new("tables.toml", published::TABLES.as_bytes());
     files.chain([published]).collect()
-}
-
-/// Computes everything and writes it under the output directory, `results.json` last.
-pub fn run(arguments: &ReproduceArgs, context: RunContext) -> Result<()> {
-    let published = Published::load()?;
-    let (compared, references) = arguments.designs()?;
-    let cache = cache(arguments.cache.as_deref(), &arguments.out);
-    let folders = compared
-        .iter()
-        .chain(&references)
-        .flat_map(|d| Model::all_of(d).into_iter().map(|m| model_result::folder(d, m)))
-        .chain([PathBuf::from(paper_figures::FOLDER)]);
-    let files = [results::FILE, SUMMARY, COMPARISON];
-    results_writable(&arguments.out, folders, &files, Some(&cache))?;
-    let kept = [Some(TABLES), (!arguments.quick).then_some(PATHS)];
-    note_interrupt(context, Some(&cache), &kept);
-    let checkpoints = checkpoints(Some(&cache).filter(|_| !arguments.quick), context)?;
-    let context = context.storing(checkpoints.as_ref());
-    if arguments.quick {
-        context.console.say(QUICK_NOTE);
-    }
-    let all_tables = tables(&compared.iter().collect::<Vec<_>>(), Some(&cache), None, context)?;
-
-    let destination = Destination { out: &arguments.out, writer: &ModelFilesWriter::default() };
-    let trace = |design: &Design, tables: Option<&DesignTables>| -> Result<DesignResult> {
-        let run = Run { design, lights: None, stopping_rule: None, cache: Some(&cache) };
-        let models = Model::all_of(design)
-            .into_iter()
-            .map(|model| run.model(model, tables, destination, context));
-        Ok(DesignResult {
-            name: design.name.clone(),
-            design_sha256: design.provenance.sha256.clone(),
-            models: models.collect::<Result<_>>()?,
-        })
-    };
-    let designs: Vec<DesignResult> =
-        compared.iter().zip(&all_tables).map(|(d, t)| trace(d, Some(t))).collect::<Result<_>>()?;
-    let beside: Vec<DesignResult> =
-        references.iter().map(|d| trace(d, None)).collect::<Result<_>>()?;
-    let parts = paper_figures::all(&compared, &all_tables[0], &arguments.out, context)?;
-
-    let mut results = Results {
-        quick: arguments.quick,
-        seed: context.seed,
-        inputs: inputs(&compared, &references),
-        designs,
-        references: beside,
-        parts,
-        files: Vec::new(),
-    };
-    let rows = summary::rows(&results, &published);
-    comparison(&rows, arguments.quick, &arguments.out)?;
-    atomic_file::write_bytes(
-        &arguments.out.join(SUMMARY),
-        summary_file(&rows, arguments.quick).as_bytes(),
-    )?;
-    let pictures = paper_figures::FILES.map(|file| Path::new(paper_figures::FOLDER).join(file));
-    let others = [SUMMARY, COMPARISON].map(PathBuf::from);
-    results.files = results::written(
-        &arguments.out,
-        results.designs.iter().chain(&results.references),
-        pictures.into_iter().chain(others),
-    )?;
-    let mut file = results.to_file();
-    published.join(&mut file);
-    let json = file.to_json()?;
-    atomic_file::write_json(&arguments.out.join(results::FILE), &json)?;
-    checkpoints.iter().for_each(Store::finish);
-    context.console.result(&json, || {
-        let note = if arguments.quick { format!("\n{QUICK_NOTE}\n") } else { String::new() };
-        format!("{}{note}\nwritten to {}", summary::plain_text(&rows), arguments.out.display())
-    })
 }
 
 /// The picture of published and computed figures.

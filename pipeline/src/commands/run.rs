@@ -48,7 +48,7 @@ pub struct RunArgs {
     #[arg(long, value_enum, default_value = "all")]
     pub model: ModelChoice,
     /// Paths to trace, instead of the design's trace.paths
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
+    #[arg(long, value_name = "N", value_parser = paths)]
     pub paths: Option<u64>,
     /// Trace further batches of as many paths until the standard error of a figure is at most this
     #[arg(long, value_name = "FIGURE=ERROR")]
@@ -58,7 +58,6 @@ pub struct RunArgs {
         long,
         value_name = "N",
         default_value_t = 2_000_000_000,
-        allow_negative_numbers = true,
         value_parser = paths,
         requires = "until_error"
     )]
@@ -105,8 +104,9 @@ impl Shardable for RunArgs {
         Ok(Box::new(Job::new(Vec::new(), tasks.collect(), inputs)))
     }
 
+    /// Traces the design and writes its results and pictures.
     fn run(&self, context: RunContext) -> Result<()> {
-        run(self, context)
+        of_design(scene_check::load(&self.design)?, self, context)
     }
 }
 
@@ -130,11 +130,6 @@ impl RunArgs {
             None => Ok(Model::all_of(design)),
         }
     }
-}
-
-/// Traces the design and writes its results and pictures.
-pub fn run(arguments: &RunArgs, context: RunContext) -> Result<()> {
-    of_design(scene_check::load(&arguments.design)?, arguments, context)
 }
 
 /// A design with all that decides its traces, checked.

@@ -43,7 +43,7 @@ pub struct JobChoice {
     #[arg(value_name = "JOB", required_unless_present = "command")]
     pub directory: Option<PathBuf>,
     /// Number of shards [default: that of the job, or one for every ten minutes]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(SHARDS))]
+    #[arg(long, value_name = "N", value_parser = whole(SHARDS))]
     pub shards: Option<usize>,
     /// A command that starts a job in its --out, with its options
     #[arg(last = true, value_name = "COMMAND", conflicts_with = "directory")]

@@ -41,7 +41,7 @@ pub struct StudyArgs {
     #[arg(value_name = "STUDY.toml")]
     pub study: PathBuf,
     /// Paths of each trace, instead of those of the study or its designs
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
+    #[arg(long, value_name = "N", value_parser = paths)]
     pub paths: Option<u64>,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "study")]
@@ -74,42 +74,38 @@ impl Shardable for StudyArgs {
         Ok(Box::new(Job::new(Vec::new(), tasks.collect(), study.inputs.clone())))
     }
 
+    /// Computes the study and writes JSON, CSV and pictures, `study.json` last.
     fn run(&self, context: RunContext) -> Result<()> {
-        run(self, context)
-    }
-}
-
-/// Computes the study and writes JSON, CSV and pictures, `study.json` last.
-pub fn run(arguments: &StudyArgs, context: RunContext) -> Result<()> {
-    let study = study::load(&arguments.study, &arguments.texts, arguments.paths)?;
-    let cache = cache(arguments.cache.as_deref(), &arguments.out);
-    writable(&arguments.out)?;
-    writable(cache.directory())?;
-    context.interrupt.note(format!(
-        "before {FILE} was written; finished traces and tables stay in `{}`, a new run goes on from there",
-        cache.directory().display()
-    ));
-    let found = compute(&study, &cache, context)?;
-    let outcome = StudyResults { study: &study, found, seed: context.seed };
-    let path = |name: &str| arguments.out.join(name);
-    atomic_file::supersede(&path(FILE))?;
-    let headings: Vec<&str> = [&PLACE[..], &COLUMNS, &CHANGE, &TARGET].concat();
-    let mut file = outcome.to_file();
-    csv::write_text_csv(&path(TABLE), &headings, &rows(&outcome, &file))?;
-    file.files = vec![FileRecord::of_output(&arguments.out, TABLE)?];
-    if let Some(picture) = study_pictures::misfit_picture(&file)? {
-        atomic_file::write_bytes(&path("misfit.png"), &picture.png()?)?;
-    }
-    for figure in study_pictures::figures(&file) {
-        if let Some(picture) = study_pictures::change_picture(&file, figure)? {
-            atomic_file::write_bytes(&path(&format!("change-{figure}.png")), &picture.png()?)?;
+        let study = study::load(&self.study, &self.texts, self.paths)?;
+        let cache = cache(self.cache.as_deref(), &self.out);
+        writable(&self.out)?;
+        writable(cache.directory())?;
+        context.interrupt.note(format!(
+            "before {FILE} was written; finished traces and tables stay in `{}`, a new run goes on from there",
+            cache.directory().display()
+        ));
+        let found = compute(&study, &cache, context)?;
+        let outcome = StudyResults { study: &study, found, seed: context.seed };
+        let path = |name: &str| self.out.join(name);
+        atomic_file::supersede(&path(FILE))?;
+        let headings: Vec<&str> = [&PLACE[..], &COLUMNS, &CHANGE, &TARGET].concat();
+        let mut file = outcome.to_file();
+        csv::write_text_csv(&path(TABLE), &headings, &rows(&outcome, &file))?;
+        file.files = vec![FileRecord::of_output(&self.out, TABLE)?];
+        if let Some(picture) = study_pictures::misfit_picture(&file)? {
+            atomic_file::write_bytes(&path("misfit.png"), &picture.png()?)?;
         }
+        for figure in study_pictures::figures(&file) {
+            if let Some(picture) = study_pictures::change_picture(&file, figure)? {
+                atomic_file::write_bytes(&path(&format!("change-{figure}.png")), &picture.png()?)?;
+            }
+        }
+        let json = sealed(serde_json::to_value(&file)?)?;
+        atomic_file::write_json(&path(FILE), &json)?;
+        context.console.result(&json, || {
+            format!("{}\nwritten to {}", describe(&outcome, &file), self.out.display())
+        })
     }
-    let json = sealed(serde_json::to_value(&file)?)?;
-    atomic_file::write_json(&path(FILE), &json)?;
-    context.console.result(&json, || {
-        format!("{}\nwritten to {}", describe(&outcome, &file), arguments.out.display())
-    })
 }
 
 /// Headings before those of the figure, and after them; the change has the same without a place.

@@ -37,10 +37,10 @@ pub struct ToleranceArgs {
     #[arg(value_name = "TOLERANCE.toml")]
     pub file: PathBuf,
     /// Number of samples, instead of that of the file
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(8..=100_000_usize))]
+    #[arg(long, value_name = "N", value_parser = whole(8..=100_000_usize))]
     pub samples: Option<usize>,
     /// Paths of each sample, instead of those of the file
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
+    #[arg(long, value_name = "N", value_parser = paths)]
     pub paths: Option<u64>,
     /// Directory for results
     #[arg(long, value_name = "DIR", default_value = "tolerance")]
@@ -80,8 +80,50 @@ impl Shardable for ToleranceArgs {
         Ok(Box::new(Job::new(Vec::new(), tasks.collect(), inputs)))
     }
 
+    /// Traces the samples and writes the table of samples and a picture, then `tolerance.json`.
     fn run(&self, context: RunContext) -> Result<()> {
-        run(self, context)
+        let started = Instant::now();
+        let analysis = self.analysis()?;
+        let out = self.out.as_path();
+        let cache = cache(self.cache.as_deref(), out);
+        writable(out)?;
+        writable(cache.directory())?;
+        context.interrupt.note(format!(
+            "before {FILE} was written; finished samples and tables stay in `{}`, --resume goes on from \
+             there",
+            cache.directory().display()
+        ));
+        let store = checkpoints(Some(&cache), context)?;
+        if let Some(store) = store.as_ref().filter(|_| !self.resume) {
+            store.discard(analysis.key(context.seed));
+        }
+        let sampled = compute(&analysis, &cache, context.storing(store.as_ref()))?;
+        let results = ToleranceResults::new(&analysis, &sampled);
+        let path = |name: &str| out.join(name);
+        atomic_file::supersede(&path(FILE))?;
+        let headings = results.headings();
+        let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
+        csv::write_text_csv(&path(TABLE), &headings, &results.rows())?;
+        let mut file = results.to_file(context.seed);
+        file.files = vec![FileRecord::of_output(out, TABLE)?];
+        if let Some(picture) = report::tolerance::distribution_picture(&file)? {
+            let png = picture.png()?;
+            atomic_file::write_bytes(&path(DISTRIBUTION), &png)?;
+            file.files.push(FileRecord::new(DISTRIBUTION, &png));
+        }
+        let json = sealed(serde_json::to_value(&file)?)?;
+        atomic_file::write_json(&path(FILE), &json)?;
+        if let Some(store) = store {
+            store.finish();
+        }
+        context.console.result(&json, || {
+            format!(
+                "{}\n{:.1} s; results in {}",
+                results.plain_text(),
+                started.elapsed().as_secs_f64(),
+                out.display()
+            )
+        })
     }
 }
 
@@ -91,50 +133,4 @@ impl ToleranceArgs {
         let overrides = Overrides { samples: self.samples, paths: self.paths };
         definition::load(&self.file, &self.texts, overrides)
     }
-}
-
-/// Traces the samples and writes the table of samples and a picture, then `tolerance.json`.
-pub fn run(arguments: &ToleranceArgs, context: RunContext) -> Result<()> {
-    let started = Instant::now();
-    let analysis = arguments.analysis()?;
-    let out = arguments.out.as_path();
-    let cache = cache(arguments.cache.as_deref(), out);
-    writable(out)?;
-    writable(cache.directory())?;
-    context.interrupt.note(format!(
-        "before {FILE} was written; finished samples and tables stay in `{}`, --resume goes on from \
-         there",
-        cache.directory().display()
-    ));
-    let store = checkpoints(Some(&cache), context)?;
-    if let Some(store) = store.as_ref().filter(|_| !arguments.resume) {
-        store.discard(analysis.key(context.seed));
-    }
-    let sampled = compute(&analysis, &cache, context.storing(store.as_ref()))?;
-    let results = ToleranceResults::new(&analysis, &sampled);
-    let path = |name: &str| out.join(name);
-    atomic_file::supersede(&path(FILE))?;
-    let headings = results.headings();
-    let headings: Vec<&str> = headings.iter().map(String::as_str).collect();
-    csv::write_text_csv(&path(TABLE), &headings, &results.rows())?;
-    let mut file = results.to_file(context.seed);
-    file.files = vec![FileRecord::of_output(out, TABLE)?];
-    if let Some(picture) = report::tolerance::distribution_picture(&file)? {
-        let png = picture.png()?;
-        atomic_file::write_bytes(&path(DISTRIBUTION), &png)?;
-        file.files.push(FileRecord::new(DISTRIBUTION, &png));
-    }
-    let json = sealed(serde_json::to_value(&file)?)?;
-    atomic_file::write_json(&path(FILE), &json)?;
-    if let Some(store) = store {
-        store.finish();
-    }
-    context.console.result(&json, || {
-        format!(
-            "{}\n{:.1} s; results in {}",
-            results.plain_text(),
-            started.elapsed().as_secs_f64(),
-            out.display()
-        )
-    })
 }

@@ -15,7 +15,7 @@ use metrics::Estimate;
 use metrics::digits::significant;
 use metrics::figures::OF_RECEIVER;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
-use report::plots::{BinImage, Heading, IlluminanceMap, illuminance_map};
+use report::plots::{Heading, IlluminanceMap, illuminance_map};
 use results::figure_entry::FigureEntry;
 use results::zones::{
     BeyondReach, Direct, FILE, Halo, LightSpread, MAPS, Radius, SCHEMA_VERSION, SPREAD, ZonesFile,
@@ -73,13 +73,7 @@ pub struct ZonesArgs {
     #[arg(long, value_name = "NAME")]
     pub receiver: Option<String>,
     /// Largest over smallest transmittance of the panel
-    #[arg(
-        long,
-        value_name = "C",
-        default_value_t = 5000.0,
-        allow_negative_numbers = true,
-        value_parser = contrast
-    )]
+    #[arg(long, value_name = "C", default_value_t = 5000.0, value_parser = contrast)]
     pub contrast: f64,
     /// Picture that the panel shows, in a form of the pattern and of any size [default: the pattern]
     #[arg(long, value_name = "FILE")]
@@ -88,7 +82,7 @@ pub struct ZonesArgs {
     #[arg(long, value_enum, default_value = "geometric")]
     pub model: ModelChoice,
     /// Paths of each response, instead of the design's trace.paths
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = paths)]
+    #[arg(long, value_name = "N", value_parser = paths)]
     pub paths: Option<u64>,
     /// Also trace the pattern itself, and compare
     #[arg(long, conflicts_with = "packages")]
@@ -281,15 +275,8 @@ impl Command<'_> {
             let path = |ending: &str| self.arguments.out.join(format!("{name}.{ending}"));
             exr::write_map(&path(ENDINGS[0]), &map, &provenance)?;
             csv::write_map_npy(&path(ENDINGS[1]), &map)?;
-            let picture = illuminance_map(&IlluminanceMap {
-                heading: &Heading::new(format!("{of}, {name}"), &subtitle),
-                map: &map,
-                leds: &[],
-                range: None,
-                image: BinImage::Sharp,
-                marks: &[],
-                section: None,
-            })?;
+            let heading = Heading::new(format!("{of}, {name}"), &subtitle);
+            let picture = illuminance_map(&IlluminanceMap::plain(&heading, &map))?;
             write_bytes(&path(ENDINGS[2]), &picture.png()?)?;
         }
         Ok(())

@@ -5,20 +5,18 @@
 //! stand for the others. Where few orders propagate, or none half a zone from the normal, light in
 //! the plane of the grooves and light beside it are judged too.
 //!
-//! Slices that follow slanted walls and orders are each compared with about a third more,
-//! and the difference continued by the square of the thickness of a slice and the cube of 1/M, or
-//! its square where indices differ much. Errors fall faster than that where they are of the order
-//! of a thousandth. What slices leave hardly depends on the orders nor what orders leave on the
-//! slices, so that each is looked for where the other is cheap.
+//! Slices that follow slanted walls and orders are each compared with about a third more, and the
+//! difference continued by the laws of `law`. Errors fall faster than these where they are of the
+//! order of a thousandth. What slices leave hardly depends on the orders nor what orders leave on
+//! the slices, so that each is looked for where the other is cheap.
 //!
-//! Stairs: results on 3k, 4k and 5k of them give two extrapolations to thickness 0, whose errors go
-//! as 1/(3·4)² and 1/(4·5)²; from their difference the error of the first follows. The first k
-//! makes stairs half a wavelength long in the denser medium, below which they stop diffracting and
-//! the series begins to hold. Orders there converge as 1/M² on given stairs; in TM stairs and
-//! orders together converge as 1/M, so that in the end both are raised together.
+//! Where walls become stairs, what both leave together does depend on both: `converge_waves` raises
+//! them in turns, over the same sample.
 
-use super::law::{Law, corner_exponent};
-use super::{check_tolerance, largest_change};
+use super::largest_change;
+use super::law::{
+    Law, NEIGHBOURS, ORDERS, SLICES_EXPONENT, followed_law, is_of_high_contrast, unfollowed_law,
+};
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Interface, Resolution};
 use crate::orders::{SymmetricBloch, Truncation};
@@ -27,31 +25,11 @@ use crate::relief::{SlicePlan, extrapolate};
 use crate::scattering::Scattering;
 use crate::solve::{rounding_error, solve_line, solve_symmetric_line};
 use crate::wave::{Pol, Side};
-use rayon::prelude::*;
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 /// Part of the tolerance that slices may take; orders may take the rest.
 const SLICES_PART: f64 = 0.3;
-/// Law of stairs on 3k slices extrapolated with 4k, compared with the same of 4k and 5k: errors
-/// are as 1/(3·4)² and 1/(4·5)². Elsewhere than at the ky looked at they may be larger, and the
-/// law holds less well.
-const STAIRS: Law = Law { exponent: 2.0, safety: 4.0 };
-const STAIRS_RATIO: f64 = 3.0 / 5.0;
-/// Law of orders on walls that are not followed, unless corners make it slower.
-const ORDERS: Law = Law { exponent: 2.0, safety: 1.6 };
-/// Law of stairs and orders raised together.
-const TOGETHER: Law = Law { exponent: 1.0, safety: 1.3 };
-/// Errors go as this power of the thickness of a slice that follows the walls, or faster.
-const SLICES_EXPONENT: f64 = 2.0;
-/// Errors go as this power of 1/M, or faster, but where one index is so many times another: there
-/// they go as the square from the beginning, and single waves, near resonances, are off by more
-/// than those looked at. Below some tolerance they are in their tails, and estimates too low.
-const EXPONENT: f64 = 3.0;
-const HIGH_CONTRAST: f64 = 1.8;
-const EXPONENT_AT_HIGH_CONTRAST: f64 = 2.0;
-const TAIL: f64 = 5e-4;
-const SAFETY: f64 = 1.4;
 /// Exponent by which the highest order may grow in a slice that follows the walls, at low contrast
 /// and at high: beyond, what sections depart from its middle by is no small correction.
 const MAX_EXPONENT: f64 = 6.0;
@@ -74,14 +52,10 @@ const MIN_REFERENCE: f64 = 1.22;
 const FOLLOWED_REFERENCE: f64 = 1.33;
 /// Ratio of orders in a comparison, where slices follow the walls.
 const FOLLOWED_ORDERS: f64 = 1.28;
-/// Orders next to those found that must agree, where walls are vertical and corners slow:
-/// efficiencies of every second or third order lie on curves of their own.
-const NEIGHBOURS: usize = 2;
-
 /// Orders, of all ky together, that are looked at at least.
 const WAVES: usize = 120;
 /// A few ky stand for all: no error below this part of the tolerance is ever claimed.
-const MIN_CLAIM: f64 = 1.0 / 3.0;
+pub(super) const MIN_CLAIM: f64 = 1.0 / 3.0;
 /// Periods, in wavelengths of the denser half-space, below which light off half a zone is judged
 /// too, and above which light at half a zone is.
 const FEW_ORDERS: f64 = 1.0;
@@ -104,7 +78,7 @@ pub fn hemisphere_change(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Efficiencies of all incident waves of the sample.
-struct SampleEfficiencies {
+pub(super) struct SampleEfficiencies {
     /// Transmittance of each wave.
     totals: Vec<f64>,
     /// Efficiency of each order, of each wave.
@@ -149,7 +123,7 @@ impl SampleEfficiencies {
 
     /// [`hemisphere_change`] of the transmittance; a third of the root mean square, over the
     /// waves, of the largest change of an order, if that is more.
-    fn distance(&self, other: &Self) -> f64 {
+    pub(super) fn distance(&self, other: &Self) -> f64 {
         let begins = std::iter::once(0).chain(self.ends.iter().copied());
         let squares: f64 = begins
             .zip(&self.ends)
@@ -168,15 +142,24 @@ enum LinePlace {
 }
 
 /// The sample of problems that all searches solve.
-struct Probe<'a> {
-    interface: &'a Interface,
-    tolerance: f64,
+pub(super) struct Probe<'a> {
+    pub(super) interface: &'a Interface,
+    pub(super) tolerance: f64,
     lines: Vec<LinePlace>,
     ky: Vec<f64>,
-    progress: &'a Progress<'a>,
+    pub(super) progress: &'a Progress<'a>,
 }
 
-impl Probe<'_> {
+impl<'a> Probe<'a> {
+    pub(super) fn new(
+        interface: &'a Interface,
+        tolerance: f64,
+        progress: &'a Progress<'a>,
+    ) -> Self {
+        let (lines, ky) = (probed_lines(interface), probed_ky(interface));
+        Self { interface, tolerance, lines, ky, progress }
+    }
+
     fn sample(
         &self,
         truncation: Truncation,
@@ -202,6 +185,13 @@ impl Probe<'_> {
             return Err(Error::NoLight { n_top, n_bottom });
         }
         Ok(sample)
+    }
+
+    /// The sample by stairs, extrapolated.
+    pub(super) fn by_stairs(&self, at: &Resolution) -> Result<SampleEfficiencies, Error> {
+        let run = |n: usize| self.sample(at.truncation, &at.plan.thirds(n));
+        let (coarse, fine) = both(|| run(3), || run(4))?;
+        Ok(coarse.extrapolated(&fine, 3.0))
     }
 }
 
@@ -247,40 +237,25 @@ fn probed_ky(interface: &Interface) -> Vec<f64> {
     }
 }
 
-/// Orders and slices with which the transmittance from any direction, s or p, is within `tolerance` (by [`hemisphere_change`]), and single orders within three times that (root mean
-/// square over the waves of the largest one of each); with the estimated error of the former. In
-/// tests the true error stays within the tolerance and within 1.5 times the estimate.
-///
-/// # Errors
-/// A tolerance out of range; half-spaces that both absorb; no convergence within the range; those
-/// of the solver.
-pub fn converge_hemisphere(
-    interface: &Interface,
-    tolerance: f64,
-    progress: &Progress<'_>,
-) -> Result<(Resolution, f64), Error> {
-    check_tolerance(tolerance)?;
-    let (lines, ky) = (probed_lines(interface), probed_ky(interface));
-    let probe = Probe { interface, tolerance, lines, ky, progress };
+/// Orders and slices where walls are vertical or followed, with the estimated error.
+pub(super) fn search(probe: &Probe<'_>) -> Result<(Resolution, f64), Error> {
+    let Probe { interface, tolerance, .. } = *probe;
+    let coarsest = interface.relief.slice_plan(1);
     let highest = interface.highest_order();
-    let first_order = highest + 4 + highest / 16;
-    let (plan, slices_error) = if interface.follows_walls() {
-        followed_slices(&probe, Truncation::new(highest + 1)?)?
-    } else {
-        slices(&probe, Truncation::new(first_order)?)?
-    };
     let last_order = (3 * highest + 100).min(Truncation::MAX);
-    let allowed = (tolerance - slices_error).min(0.95 * tolerance);
-    let (first, longest) = if interface.follows_walls() && !plan.is_exact() {
+    let (first, plan, longest, slices_error) = if coarsest.is_exact() {
+        let first = highest + 4 + highest / 16;
+        (first + 1 + first / 12, coarsest.clone(), coarsest, 0.0)
+    } else {
+        let (plan, slices_error) = slices(probe, Truncation::new(highest + 1)?, &coarsest)?;
         let more = FIRST_ORDERS * depth(interface).sqrt() * (1e-3 / tolerance).powf(0.4);
         let count = (FOR_ORDERS * plan.count() as f64).ceil() as usize;
         let longest = interface.relief.slice_plan(count);
-        (highest + 4 + more.round() as usize, longest)
-    } else {
-        (first_order + 1 + first_order / 12, plan.clone())
+        (highest + 4 + more.round() as usize, plan, longest, slices_error)
     };
+    let allowed = (tolerance - slices_error).min(0.95 * tolerance);
     let range = first.min(last_order)..=last_order;
-    let (truncation, orders_error) = orders(&probe, range, &longest, allowed)?;
+    let (truncation, orders_error) = orders(probe, range, &longest, allowed)?;
     let plan = fine_enough(interface, &plan, truncation, tolerance);
     let found = Resolution { truncation, plan };
     let rounding = rounding_error(interface.order_spacing(), truncation);
@@ -288,87 +263,7 @@ pub fn converge_hemisphere(
         return Err(found.not_converged(Limit::Digits, tolerance, tolerance, rounding));
     }
     let estimate = (slices_error + orders_error).max(MIN_CLAIM * tolerance).max(rounding);
-    if interface.follows_walls() || found.plan.is_exact() {
-        return Ok((found, estimate));
-    }
-    stairs_and_orders(&probe, found, estimate, last_order)
-}
-
-/// `found` or a finer resolution, raised until orders and stairs raised together change no more
-/// than the tolerance. In TM the edges of stairs leave an error that only both together take away,
-/// as 1/M, however little either does alone.
-fn stairs_and_orders(
-    probe: &Probe<'_>,
-    found: Resolution,
-    estimate: f64,
-    last_order: usize,
-) -> Result<(Resolution, f64), Error> {
-    let tolerance = probe.tolerance;
-    let extrapolated = |resolution: &Resolution| {
-        let run = |n: usize| probe.sample(resolution.truncation, &resolution.plan.thirds(n));
-        let (coarse, fine) = both(|| run(3), || run(4))?;
-        Ok::<_, Error>(coarse.extrapolated(&fine, 3.0))
-    };
-    let mut here = found;
-    let mut sample = extrapolated(&here)?;
-    loop {
-        let highest = here.truncation.highest();
-        let raised = (highest as f64 * REFERENCE).ceil() as usize;
-        let finer = Resolution {
-            truncation: Truncation::new(raised.min(Truncation::MAX))?,
-            plan: here.plan.thirds(4).raised(3),
-        };
-        let there = extrapolated(&finer)?;
-        let ratio = highest as f64 / raised as f64;
-        let left = TOGETHER.left_by_coarser(sample.distance(&there), ratio);
-        if left <= tolerance {
-            return Ok((here, left.max(estimate)));
-        }
-        // The law tells early that it is in vain.
-        let needed = highest as f64 * left / tolerance;
-        if raised as f64 * REFERENCE > last_order as f64 || needed > 3.0 * last_order as f64 {
-            return Err(here.not_converged(Limit::Orders, tolerance, tolerance, left));
-        }
-        (here, sample) = (finer, there);
-    }
-}
-
-/// A plan, already raised to multiples of three, and the error it leaves when extrapolated.
-fn slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePlan, f64), Error> {
-    let tolerance = probe.tolerance;
-    let relief = &probe.interface.relief;
-    let coarsest = relief.slice_plan(1);
-    if coarsest.is_exact() {
-        return Ok((coarsest, 0.0));
-    }
-    let allowed = SLICES_PART * tolerance;
-    // Stairs somewhat shorter than half a wavelength suit a tolerance of a thousandth.
-    let half_wavelengths = half_wavelengths(probe.interface, &coarsest);
-    let effort = (1.15 + 0.3 * (1e-3 / tolerance).log10()).max(0.3);
-    let mut count = ((effort * half_wavelengths).ceil() as usize).max(3 * coarsest.count());
-    let max = max_slices(&coarsest, half_wavelengths);
-    loop {
-        let plan = relief.slice_plan(count).raised(3);
-        let samples = [3, 4, 5]
-            .into_par_iter()
-            .map(|n| probe.sample(truncation, &plan.thirds(n)))
-            .collect::<Result<Vec<_>, _>>()?;
-        let here = samples[0].extrapolated(&samples[1], 3.0);
-        let there = samples[1].extrapolated(&samples[2], 4.0);
-        let estimate = STAIRS.left_by_coarser(here.distance(&there), STAIRS_RATIO);
-        if estimate <= allowed {
-            return Ok((plan, estimate));
-        }
-        // The error goes as the fourth power of the thickness, or falls faster while the stairs
-        // still diffract.
-        let growth = (estimate / allowed).powf(0.25).clamp(1.1, 1.4);
-        let next = (plan.count() as f64 * growth).ceil() as usize;
-        if next > max {
-            let last = Resolution { truncation, plan };
-            return Err(last.not_converged(Limit::Slices, tolerance, allowed, estimate));
-        }
-        count = next;
-    }
+    Ok((found, estimate))
 }
 
 /// Slices beyond which none are tried.
@@ -411,47 +306,23 @@ fn densest(interface: &Interface) -> f64 {
     outside.max(interface.relief.densest())
 }
 
-/// True where errors of orders fall only as the square of 1/M from the beginning, and single waves
-/// depart by more than most.
-pub(super) fn is_of_high_contrast(interface: &Interface) -> bool {
-    interface.relief.contrast() > HIGH_CONTRAST
-}
-
-/// Law of orders where walls are followed; slices have its safety.
-pub(super) fn followed_law(interface: &Interface, tolerance: f64) -> Law {
-    if is_of_high_contrast(interface) {
-        Law { exponent: EXPONENT_AT_HIGH_CONTRAST, safety: SAFETY }
-    } else {
-        Law { exponent: EXPONENT, safety: if tolerance < TAIL { SAFETY } else { 1.0 } }
-    }
-}
-
-/// Law of orders where walls are vertical or cut into stairs: that of the corners, where media
-/// differ much.
-fn unfollowed_law(interface: &Interface) -> Law {
-    if interface.follows_walls() && !is_of_high_contrast(interface) {
-        return ORDERS;
-    }
-    Law { exponent: ORDERS.exponent.min(corner_exponent(&interface.indices())), ..ORDERS }
-}
-
 /// A plan of slices that follow the sides, and the error that they leave: the difference to a third
 /// more, continued by their law.
-fn followed_slices(probe: &Probe<'_>, truncation: Truncation) -> Result<(SlicePlan, f64), Error> {
+fn slices(
+    probe: &Probe<'_>,
+    truncation: Truncation,
+    coarsest: &SlicePlan,
+) -> Result<(SlicePlan, f64), Error> {
     let tolerance = probe.tolerance;
     let relief = &probe.interface.relief;
-    let coarsest = relief.slice_plan(1);
-    if coarsest.is_exact() {
-        return Ok((coarsest, 0.0));
-    }
     let allowed = SLICES_PART * tolerance;
     let safety = followed_law(probe.interface, tolerance).safety;
     let law = Law { exponent: SLICES_EXPONENT, safety };
-    let half_wavelengths = half_wavelengths(probe.interface, &coarsest);
+    let half_wavelengths = half_wavelengths(probe.interface, coarsest);
     let usual = FIRST_SLICES * depth(probe.interface).sqrt();
     let effort = (1e-3 / tolerance).powf(0.2) * usual.min(1.1 * half_wavelengths);
     let mut count = (effort.ceil() as usize).max(2 * coarsest.count());
-    let max = max_slices(&coarsest, half_wavelengths);
+    let max = max_slices(coarsest, half_wavelengths);
     loop {
         let plans = [count, (count as f64 * FOLLOWED_REFERENCE).ceil() as usize + 1]
             .map(|count| relief.slice_plan(count));

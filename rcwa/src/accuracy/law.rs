@@ -11,11 +11,40 @@
 //! which is 1 at κ = 1, 2/3 at a perfect conductor, and next to 0 at a metal of -3 < Re κ < -1/3
 //! and little loss, where nothing settles.
 
+use crate::hemisphere::Interface;
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
+// The powers and factors of all searches. Each says what it was measured on, and what holds it.
+
 /// Smallest exponent of a law: below it no number of orders gets anywhere.
 const MIN_EXPONENT: f64 = 0.2;
+/// Errors go as this power of the thickness of a slice, or faster (docs/validation/table-error.md).
+pub(super) const SLICES_EXPONENT: f64 = 2.0;
+/// Errors go as this power of 1/M, or faster, where walls are followed at low contrast
+/// (docs/validation/table-error.md).
+const FOLLOWED_EXPONENT: f64 = 3.0;
+/// Elsewhere as this one, from the beginning, or as corners make it.
+pub(super) const ORDERS_EXPONENT: f64 = 2.0;
+/// Errors of orders and stairs together, in TM.
+pub(super) const TOGETHER_EXPONENT: f64 = 1.0;
+/// Largest index over the smallest from which single waves, near resonances, are off by more than
+/// those looked at (tests/physics/contrast.rs).
+const HIGH_CONTRAST: f64 = 1.8;
+/// Tolerance below which errors of orders are in their tails, and estimates too low.
+const TAIL: f64 = 5e-4;
+/// Factor of hemispheres there and at high contrast: what 99 % of the directions stay below
+/// (docs/validation/table-error.md, tests/physics/contrast.rs).
+pub(super) const HEMISPHERE_SAFETY: f64 = 1.4;
+/// Law of hemispheres on walls that are not followed, unless corners make it slower: lamellae of
+/// 0.05 to 10 wavelengths (rcwa/tests/accuracy.rs).
+pub(super) const ORDERS: Law = Law { exponent: ORDERS_EXPONENT, safety: 1.6 };
+/// Factor of single waves, which swing about their limit more than most of a hemisphere: the
+/// eleven gratings of tests/end_to_end/grating_command.rs, silver in rcwa/tests/accuracy.rs.
+pub(super) const WAVES_SAFETY: f64 = 2.0;
+/// Orders next to those found that must agree, where walls are not followed: efficiencies of every
+/// second or third order lie on curves of their own (silver in TM, rcwa/tests/accuracy.rs).
+pub(super) const NEIGHBOURS: usize = 2;
 
 /// Error proportional to n^-exponent, times a factor for its swings.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +80,30 @@ impl Law {
     pub(super) fn growth(self, estimate: f64, allowed: f64) -> f64 {
         (estimate / allowed).powf(1.0 / self.exponent)
     }
+}
+
+/// True where errors of orders fall only as the square of 1/M from the beginning, and single waves
+/// depart by more than most.
+pub(super) fn is_of_high_contrast(interface: &Interface) -> bool {
+    interface.relief.contrast() > HIGH_CONTRAST
+}
+
+/// Law of orders where walls are followed; slices have its safety.
+pub(super) fn followed_law(interface: &Interface, tolerance: f64) -> Law {
+    if is_of_high_contrast(interface) {
+        Law { exponent: ORDERS_EXPONENT, safety: HEMISPHERE_SAFETY }
+    } else {
+        let safety = if tolerance < TAIL { HEMISPHERE_SAFETY } else { 1.0 };
+        Law { exponent: FOLLOWED_EXPONENT, safety }
+    }
+}
+
+/// Law of orders where walls are vertical: that of the corners, where media differ much.
+pub(super) fn unfollowed_law(interface: &Interface) -> Law {
+    if interface.follows_walls() && !is_of_high_contrast(interface) {
+        return ORDERS;
+    }
+    Law { exponent: ORDERS.exponent.min(corner_exponent(&interface.indices())), ..ORDERS }
 }
 
 /// Exponent 2τ of the least convergent corner of any two of the media, from 0.2.

@@ -14,8 +14,11 @@
 
 mod stairs;
 
-use super::hemisphere::{fine_enough, followed_law};
-use super::law::{Law, corner_exponent};
+use super::hemisphere::fine_enough;
+use super::law::{
+    Law, NEIGHBOURS, ORDERS_EXPONENT, SLICES_EXPONENT, TOGETHER_EXPONENT, WAVES_SAFETY,
+    corner_exponent, followed_law,
+};
 use super::{check_tolerance, converge_hemisphere};
 use crate::error::{Error, Limit};
 use crate::hemisphere::{Interface, Resolution, distinct};
@@ -31,18 +34,12 @@ use num_complex::Complex64;
 const ORDERS_STEP: f64 = 1.28;
 /// Ratio of the slices.
 const SLICES_STEP: f64 = 4.0 / 3.0;
-/// Factor for efficiencies that swing about their limit.
-const SAFETY: f64 = 2.0;
-/// Errors go as this power of the thickness of a slice, or faster.
-const SLICES: Law = Law { exponent: 2.0, safety: SAFETY };
-/// Error left by orders and stairs together.
-const TOGETHER: Law = Law { exponent: 1.0, safety: SAFETY };
-/// Errors go as this power of 1/M where walls are not followed, unless corners make it slower.
-const ORDERS_EXPONENT: f64 = 2.0;
-/// Steps of the orders that a result is compared with, where walls are not followed, and its
-/// neighbours that must agree.
+/// Law of slices.
+const SLICES: Law = Law { exponent: SLICES_EXPONENT, safety: WAVES_SAFETY };
+/// Law of what orders and stairs leave together.
+const TOGETHER: Law = Law { exponent: TOGETHER_EXPONENT, safety: WAVES_SAFETY };
+/// Steps of the orders that a result is compared with, where walls are not followed.
 const STEPS: usize = 2;
-const NEIGHBOURS: usize = 2;
 /// Part of the tolerance that slices may take; orders may take the rest.
 const SLICES_PART: f64 = 0.4;
 /// Stated error above which results say next to nothing.
@@ -239,7 +236,7 @@ pub fn error_at<A>(
     at: &Resolution,
     answer: &A,
 ) -> Result<f64, Error> {
-    let law = Law { exponent: structure.orders_exponent(), safety: SAFETY };
+    let law = Law { exponent: structure.orders_exponent(), safety: WAVES_SAFETY };
     // Stairs are raised to multiples of three.
     let own = if structure.is_of_stairs() { at.plan.raised(3) } else { at.plan.clone() };
     match left_by_coarser(waves, law, at, &own.scaled(SLICES_STEP), answer) {
@@ -307,7 +304,7 @@ impl<'a> Structure<'a> {
 
     /// Power of 1/M by which errors of the orders fall where walls are not followed.
     fn orders_exponent(self) -> f64 {
-        let most = if self.is_of_stairs() { TOGETHER.exponent } else { ORDERS_EXPONENT };
+        let most = if self.is_of_stairs() { TOGETHER_EXPONENT } else { ORDERS_EXPONENT };
         corner_exponent(&self.indices()).min(most)
     }
 
@@ -422,7 +419,7 @@ impl<'a, A> Search<'a, A> {
             waves,
             tolerance,
             manner,
-            orders_law: Law { exponent, safety: SAFETY },
+            orders_law: Law { exponent, safety: WAVES_SAFETY },
             limits: structure.limits(waves.highest_order),
             weight,
             free,
@@ -516,7 +513,7 @@ impl<'a, A> Search<'a, A> {
         for order in highest.saturating_sub(NEIGHBOURS)..highest {
             let truncation = Truncation::new(order).map_err(Halt::Failed)?;
             let answer = self.evaluate(&Resolution { truncation, ..self.at.clone() })?;
-            let swing = SAFETY * (self.waves.distance)(&answer, &self.answer);
+            let swing = WAVES_SAFETY * (self.waves.distance)(&answer, &self.answer);
             self.errors.orders = self.errors.orders.max(swing);
         }
         Ok(())

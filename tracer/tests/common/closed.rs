@@ -2,10 +2,11 @@
 //! Closed bodies of every kind of surface, for rays that must not get lost in them. Each absorbs a
 //! little on the way and at its mirrors, so that a path meets many surfaces and yet ends.
 
+use crate::common::package::Dome;
 use tracer::glam::DVec3;
 use tracer::shape::{Extent, Mesh, Plane};
 use tracer::{
-    Dome, Emission, Emitter, Medium, Patch, Prototype, Region, Shape, Source, Surface, SurfaceModel,
+    Emission, Emitter, Medium, Patch, Prototype, Region, Shape, Source, Surface, SurfaceModel,
 };
 
 use crate::common::{BODY, CAP, N, cap_triangles, inside, meshed_cap, package, staircase, teeth};

@@ -3,18 +3,19 @@
 //! small scenes.
 #![allow(dead_code, reason = "each test binary and bench uses its own part of this module")]
 
+pub mod package;
 pub mod placed;
 
 use std::f64::consts::{FRAC_PI_3, TAU};
 
+use self::package::{Cap, Dome, Package};
 use bsdf::{Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation, Side, Transport};
 use tracer::glam::DVec3;
 use tracer::package::ground;
 use tracer::shape::{Element, Mesh};
 use tracer::{
-    Cap, Detector, Dome, Emission, Emitter, LedBox, Medium, Meridian, Outcome, Package, Patch,
-    Prototype, PrototypeId, Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source,
-    Surface, SurfaceModel, run,
+    Detector, Emission, Emitter, LedBox, Medium, Meridian, Outcome, Patch, Prototype, PrototypeId,
+    Receiver, Region, Scene, SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, run,
 };
 
 /// Index of silicone.

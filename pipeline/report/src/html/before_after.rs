@@ -14,8 +14,7 @@ use super::package::FEW;
 use super::pictures::Album;
 use crate::path_picture::compact_picture;
 use crate::plots::{
-    BinImage, FarField, Heading, IlluminanceMap, LineColours, MapScale, far_field_cartesian,
-    map_on_scale,
+    FarField, Heading, IlluminanceMap, LineColours, MapScale, far_field_cartesian, map_on_scale,
 };
 
 impl Album {
@@ -55,14 +54,12 @@ impl Album {
         for ((_, i), name) in both.into_iter().zip(&names) {
             let map = of.maps[i].to_map()?;
             let leds = of.packages[i].as_ref().map_or(Vec::new(), leds);
+            let heading = Heading::new(map.quantity().label(), name);
             let picture = IlluminanceMap {
-                heading: &Heading::new(map.quantity().label(), name),
-                map: &map,
                 leds: &leds,
                 range: Some(range),
-                image: BinImage::Sharp,
                 marks: &marks(&of.models[i]),
-                section: None,
+                ..IlluminanceMap::plain(&heading, &map)
             };
             let picture = map_on_scale(&picture, MapScale::Linear)?;
             row.push(self.fixed(&picture, &format!("Map of the receiver plane, {name}.")));

@@ -53,6 +53,14 @@ pub struct IlluminanceMap<'a> {
     pub section: Option<[Point; 2]>,
 }
 
+impl<'a> IlluminanceMap<'a> {
+    /// The bins of `map` alone, on its own scale.
+    pub fn plain(heading: &'a Heading, map: &'a Map) -> Self {
+        let image = BinImage::Sharp;
+        Self { heading, map, leds: &[], range: None, image, marks: &[], section: None }
+    }
+}
+
 /// Smallest positive and largest value, at most [`LEVELS`] apart; of a dark map 1 and [`LEVELS`].
 pub fn map_range(values: &[f64]) -> [f64; 2] {
     let lit = values.iter().copied().filter(|v| *v > 0.0);
@@ -280,15 +288,8 @@ mod tests {
     }
 
     fn picture(map: &Map, range: Option<[f64; 2]>) -> Result<Picture> {
-        illuminance_map(&IlluminanceMap {
-            heading: &Heading::new("Map", "D1"),
-            map,
-            leds: &[],
-            range,
-            image: BinImage::Sharp,
-            marks: &[],
-            section: None,
-        })
+        let heading = Heading::new("Map", "D1");
+        illuminance_map(&IlluminanceMap { range, ..IlluminanceMap::plain(&heading, map) })
     }
 
     #[test]
@@ -324,15 +325,7 @@ mod tests {
         assert_eq!(largest_difference(&noise), None);
         let drawn = |map: &Map| {
             let heading = Heading::new("Map", "D1");
-            let picture = IlluminanceMap {
-                heading: &heading,
-                map,
-                leds: &[],
-                range: None,
-                image: BinImage::Sharp,
-                marks: &[],
-                section: None,
-            };
+            let picture = IlluminanceMap::plain(&heading, map);
             map_on_scale(&picture, MapScale::Difference).unwrap()
         };
         assert!(drawn(&darker).svg().contains("within ±3"));

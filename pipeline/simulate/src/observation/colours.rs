@@ -89,11 +89,6 @@ impl Colours {
         let arrays = with_arrays.then(|| ColourArrays::new(design, parts));
         Some(Self { sums, regions, arrays })
     }
-
-    /// X, Y and Z of some regions.
-    pub fn of(&self, regions: &Range<usize>) -> Grouped {
-        self.sums.map(|sums| slice(sums, regions).to_vec())
-    }
 }
 
 /// X, Y and Z of some regions, one after the other.
