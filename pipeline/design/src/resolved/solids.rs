@@ -6,9 +6,7 @@ use std::sync::Arc;
 use anyhow::Context as _;
 use bsdf::direction::Frame;
 use bsdf::ray_optics::{Outline, UnitCell};
-use bsdf::{
-    DiffuseLaw, DiffuseLobe, Diffuser, HazyFace, Relief, ReliefCell, ReliefLattice,
-};
+use bsdf::{DiffuseLaw, DiffuseLobe, Diffuser, HazyFace, Relief, ReliefCell, ReliefLattice};
 use serde::Serialize;
 use tracer::glam::DVec3;
 use tracer::{Region, Shape, SurfaceModel};
