@@ -202,7 +202,7 @@ fn tables_of_stacks_see_what_is_traced_film_by_film() {
         ("conversion", parsed("specular", &[BLUE, PLATE, DOTS]), 12_800),
         ("turned prisms", parsed("lambertian", &[LINE, &prisms("z_mm = 4.0\n", 10.0)]), 12_800),
         ("polarisers", parsed("lambertian", &[CARRIED, PLATE, SHEETS]), 12_800),
-        ("laminate", parsed("lambertian", &[LINE, PLATE, LAMINATE]), 12_800),
+        ("laminate", parsed("specular", &[LINE, PLATE, LAMINATE]), 12_800),
         ("all", parsed("lambertian", &[CARRIED, PLATE, &prisms_on_top(10.0), SHEETS]), 12_800),
     ] {
         assert!(matches!(treatment(&design), FilmTreatment::Table(_)), "{name}");
