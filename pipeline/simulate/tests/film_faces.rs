@@ -140,8 +140,8 @@ fn through(indices: &[f64], degrees: f64, is_carried: bool) -> f64 {
 
 #[test]
 fn laminates_reflect_at_the_interfaces_of_their_media() {
-    for indices in [&[1.6][..], &[1.6, 1.3], &[1.6, 1.35, 1.9], &[1.45, 1.45, 1.7]] {
-        for degrees in [0.0_f64, 40.0, 70.0] {
+    for indices in [&[1.6, 1.3][..], &[1.6, 1.35, 1.9]] {
+        for degrees in [0.0_f64, 70.0] {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let beam = BEAM.replace("exponent", &format!("normal = [{sin}, 0.0, {cos}], exponent"));
             let carried = beam.replace("552.0", "552.0, polarization = \"carried\"");

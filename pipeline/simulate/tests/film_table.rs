@@ -239,7 +239,7 @@ fn tables_of_stacks_see_what_is_traced_film_by_film() {
             parsed_over("specular", "specular", &[LINE, white, &prisms_on_top(0.0)]),
             25_600,
         ),
-        ("laminate", parsed("lambertian", &[LINE, PLATE, LAMINATE]), 12_800),
+        ("laminate", parsed("specular", &[LINE, PLATE, LAMINATE]), 12_800),
         ("all", parsed("lambertian", &[CARRIED, PLATE, &prisms_on_top(10.0), SHEETS]), 12_800),
     ] {
         assert!(matches!(treatment(&design), FilmTreatment::Table(_)), "{name}");

@@ -19,6 +19,8 @@ use crate::schema::solids::{
 use metrics::kinds::Carrying;
 use runtime::serde_arrays::List;
 
+/// Rounding of lengths that are equal, mm.
+const ROUNDING_MM: f64 = 1e-9;
 /// Air between films, mm.
 const GAP_MM: f64 = 0.01;
 
@@ -71,7 +73,7 @@ fn join(
 ) -> Result<(), ConfigError> {
     let lengths_mm = [&*below, &*film].map(|film| film.film_mm().map(|(_, lengths)| lengths));
     if let [Some(expected), Some(got)] = lengths_mm
-        && expected != got
+        && (0..2).any(|k| (expected[k] - got[k]).abs() > ROUNDING_MM)
     {
         let expected =
             format!("{expected:?}, as of the film below in optical contact (gap_mm = 0)");

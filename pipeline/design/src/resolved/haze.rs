@@ -71,13 +71,11 @@ impl StatedHaze {
                 format!("at most {most:.4}, what {of_index} and the medium{others} leave");
             return Err(at.value(&key("total_transmittance"), self.transmittance, &expected));
         }
-        Ok(match self.reflectance {
-            Some(_) => [reflected, self.transmittance / (enters * again(reflected))],
-            None => {
-                let passed = self.transmittance * (1.0 - twice * smooth)
-                    / (enters - twice * smooth * self.transmittance);
-                [1.0 - passed, passed]
-            }
-        })
+        if self.reflectance.is_some() {
+            return Ok([reflected, self.transmittance / (enters * again(reflected))]);
+        }
+        let passed = self.transmittance * (1.0 - twice * smooth)
+            / (enters - twice * smooth * self.transmittance);
+        Ok([1.0 - passed, passed])
     }
 }
