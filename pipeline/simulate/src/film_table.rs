@@ -30,6 +30,9 @@ const SAME_MM: f64 = 1e-6;
 /// Directions that differ by less are equal, degrees.
 const SAME_DEG: f64 = 1e-9;
 
+/// Exponent of a cosine above which light fills a few cells of incidence alone: the mean of the sine
+/// squared is an eighth.
+const NARROW_EXPONENT: f64 = 13.0;
 /// Half the angle of cones into which light is followed as a share of its own, at most, degrees.
 const NARROW_DEG: f64 = 30.0;
 
@@ -79,6 +82,7 @@ pub fn treatment(design: &Design) -> FilmTreatment {
         .or_else(|| other_lengths(&films, *size_mm))
         .or_else(|| body_in_stack(design, ends_mm))
         .or_else(|| reading_in_stack(design, &films, ends_mm))
+        .or_else(|| narrow_source(design))
         .or_else(|| light_from_mirrors(design, &films));
     if let Some(why) = why {
         return FilmTreatment::Traced(why);
@@ -155,6 +159,16 @@ fn reading_in_stack(design: &Design, films: &[&CheckedSolid], ends_mm: [f64; 2])
             is_of_past.then(|| format!("receiver {name:?} asks for the past"))
         }
     })
+}
+
+/// A source whose light fills few cells of incidence, which the table would widen.
+fn narrow_source(design: &Design) -> Option<String> {
+    let mut emitters = design.sources.iter().flat_map(|source| &source.emitters);
+    let is_narrow = emitters.any(|emitter| match emitter.source.emission {
+        Emission::CosinePower { exponent } => exponent > NARROW_EXPONENT,
+        _ => false,
+    });
+    is_narrow.then(|| "the light of a source is narrow".to_owned())
 }
 
 /// Light that comes back from mirrors as it was: outcomes keep what it has of Q alone, and light that

@@ -286,6 +286,8 @@ fn stacks_that_no_table_fits_are_traced_and_say_why() {
     let past = receiver("kind = \"surface\"\nsurface = \"box_top\"\nonly = { max_bounces = 3 }");
     let solid = "[[solids]]\nname = \"post\"\nkind = \"sphere\"\nper = \"array\"\nradius_mm = 0.1\n\
                  position_mm = [0.0, 0.0, 4.5]\nsurface = { kind = \"absorbing\" }\n";
+    let spot = "[[sources]]\nname = \"spot\"\nkind = \"cosine\"\nexponent = 50.0\n\
+                position_mm = [0.0, 0.0, 0.5]\n";
     let upper = prisms("", 0.0);
     for (parts, words) in [
         (vec![LINE], "no films"),
@@ -297,6 +299,7 @@ fn stacks_that_no_table_fits_are_traced_and_say_why() {
         (vec![LINE, PLATE, &past], "receiver \"own\" asks for the past"),
         (vec![LINE, PLATE, solid], "solid \"post\" stands in, between or against films"),
         (vec![LINE, PLATE, &on_walls], "on the walls"),
+        (vec![LINE, PLATE, spot], "the light of a source is narrow"),
     ] {
         let why = said(&parts);
         assert!(why.contains(words), "{parts:?}: {why}");
