@@ -97,7 +97,7 @@ pub fn treatment(design: &Design) -> FilmTreatment {
 }
 
 /// A film that is not as large as the first one.
-fn other_lengths(films: &[&CheckedSolid], size_mm: [f64; 2]) -> Option<String> {
+pub(super) fn other_lengths(films: &[&CheckedSolid], size_mm: [f64; 2]) -> Option<String> {
     let differs = |film: &&&CheckedSolid| {
         film.film_mm().is_some_and(|(_, own)| (0..2).any(|k| !is_same_length(own[k], size_mm[k])))
     };
@@ -111,7 +111,7 @@ fn is_in([low, high]: [f64; 2], [from, to]: [f64; 2]) -> bool {
 }
 
 /// A package, a solid or a source that reaches into the stack, or a solid in contact with it.
-fn body_in_stack(design: &Design, ends_mm: [f64; 2]) -> Option<String> {
+pub(super) fn body_in_stack(design: &Design, ends_mm: [f64; 2]) -> Option<String> {
     if is_in(ends_mm, [f64::NEG_INFINITY, top_mm(design)]) {
         return Some("a package reaches into the films".to_owned());
     }

@@ -22,7 +22,7 @@ use simulate::job::{Job, SharedWork};
 use simulate::scene_check;
 use simulate::tables::labelled;
 
-use super::arguments::{cache, paths};
+use super::arguments::{cache, whole};
 use super::file_formats::{CellSteps, FileFormat};
 use super::outputs::writable;
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
@@ -73,8 +73,7 @@ pub struct BsdfArgs {
         value_name = "N",
         requires = "films",
         default_value_t = 8192,
-        allow_negative_numbers = true,
-        value_parser = paths
+        value_parser = whole(1..=1_000_000_000_u64)
     )]
     pub paths: u64,
     /// Resolution of the film stack's file.
@@ -98,6 +97,7 @@ impl Shardable for BsdfArgs {
     }
 
     fn work(&self, _: RunContext) -> Result<Box<dyn SharedWork>> {
+        ensure!(!self.films, "--films: expected bsdf by itself: shards compute rings");
         ensure!(!self.no_cache, "--no-cache: expected a cache, in which shards leave their tables");
         let (design, rings) = self.rings()?;
         let inputs = design.provenance.inputs();

@@ -6,9 +6,9 @@
 //! direction from which it comes, and on nothing else. For each cell of incidence ([`cells`]) the
 //! table holds outcomes that the walker itself has drawn through the films alone: the side on which
 //! light leaves, its direction, weight, wavelength and polarisation, how far from where it came, and
-//! all that was booked on the way. A ray that meets the stack takes the next outcome of its cell,
-//! whatever the number of surfaces that this has met. Energy is exact: weights and bookings are
-//! those of one path.
+//! all that was booked on the way. For a ray that meets the stack all outcomes of its cell stand
+//! together, each with its part of the weight, whatever the number of surfaces that they have met; a
+//! weak ray takes one. Energy is exact: weights and bookings are those of paths.
 //!
 //! The direction with which an outcome began is drawn evenly from its cell. Light that fills a cell
 //! evenly is treated exactly; the error for other light is of second order in the width of the
@@ -16,7 +16,7 @@
 //! passes straight, or is mirrored by level faces, keeps the direction of the ray.
 //!
 //! Every group of paths draws from outcomes of its own. Groups share nothing, and their scatter
-//! holds the noise of the table. FilmOutcome k of a cell of a group is a function of the films, the
+//! holds the noise of the table. Outcome k of a cell of a group is a function of the films, the
 //! seed, cell, group and k alone: whether it is drawn or read changes no bit.
 
 mod cells;

@@ -54,7 +54,10 @@ fn of_lens(
     if let Some(apex_deg) = stated.apex_deg {
         return Err(at.value(&key("apex_deg"), apex_deg, "no such key of lenses"));
     }
-    let of_radius = |radius: f64| half * half / (radius + (radius * radius - half * half).sqrt());
+    let of_radius = |radius: f64| {
+        let height = half * half / (radius + (radius * radius - half * half).sqrt());
+        height.min(half)
+    };
     match (stated.radius_um, stated.height_um) {
         (Some(radius), None) => {
             let most = MAX_RADIUS * base;

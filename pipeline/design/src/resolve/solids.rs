@@ -215,7 +215,8 @@ pub(super) fn resolve_one(
                 read.scattering(law, &key("scatter"), &mut files)?
             }
             _ => {
-                let expected = "file, lambertian, gaussian or, of a sheet, haze: others are of a face of [[films]]";
+                let expected = "file, lambertian, gaussian or, of a sheet, haze: others are of a face of \
+                                [[films]]";
                 return Err(at.value(&key("scatter.kind"), scatter.kind_name(), expected));
             }
         },

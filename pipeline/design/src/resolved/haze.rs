@@ -74,6 +74,9 @@ impl StatedHaze {
         if self.reflectance.is_some() {
             return Ok([reflected, self.transmittance / (enters * again(reflected))]);
         }
+        if self.transmittance == 0.0 {
+            return Ok([1.0, 0.0]);
+        }
         let passed = self.transmittance * (1.0 - twice * smooth)
             / (enters - twice * smooth * self.transmittance);
         Ok([1.0 - passed, passed])

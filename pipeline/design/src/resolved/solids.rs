@@ -372,7 +372,6 @@ impl CheckedSolid {
                 matches!(law, Reflector::Lambertian { .. } | Reflector::Absorbing)
             }
             SolidOptics::Diffusing { .. }
-            | SolidOptics::Hazy(_)
             | SolidOptics::Scattering(_)
             | SolidOptics::File { .. } => true,
             _ => false,

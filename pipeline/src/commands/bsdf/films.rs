@@ -65,7 +65,8 @@ pub fn run(arguments: &BsdfArgs, context: RunContext) -> Result<()> {
         for (from, own) in ["below", "above"].into_iter().zip(&shares) {
             lines.push(format!("  diffuse light from {from}: {}", text_of(own)));
         }
-        lines.push(format!("  at {} nm, without regard to where light leaves", shortest(design.wavelength_nm)));
+        let wavelength = shortest(design.wavelength_nm);
+        lines.push(format!("  at {wavelength} nm, without regard to where light leaves"));
         lines.join("\n")
     })
 }
