@@ -206,7 +206,7 @@ const MOST: f64 = 4.5;
 #[ignore = "slow: ten stacks over 40 seeds, by table and film by film (300 s)"]
 fn tables_of_stacks_see_what_is_traced_film_by_film() {
     let prisms_on_top = |degrees: f64| prisms("", degrees);
-    let turbid = PLATE.replace("2.0", "2.5");
+    let turbid = PLATE.replace("2.0", "2.6");
     let white = "[[films]]\nname = \"white\"\nz_mm = 4.0\nthickness_mm = 1.0\nmedium = { index = 1.49 }\n\
                  top = { kind = \"lambertian\", transmitted = 0.85, reflected = 0.15 }\n";
     for (name, design, paths) in [

@@ -122,7 +122,12 @@ impl StackSurface {
             shares.map(|share| share / count as f64)
         };
         let all: Vec<[f64; 3]> = (0..groups).into_par_iter().map(of_group).collect();
-        let estimate = |k: usize| all.iter().map(|own| own[k]).collect::<Moments>().estimate();
+        // One ray more or less is always possible.
+        let least = 1.0 / (count * groups) as f64;
+        let estimate = |k: usize| {
+            let own = all.iter().map(|own| own[k]).collect::<Moments>().estimate();
+            Estimate { standard_error: own.standard_error.max(least), ..own }
+        };
         StackShares {
             reflected: estimate(Transport::Reflection.index()),
             transmitted: estimate(Transport::Transmission.index()),
