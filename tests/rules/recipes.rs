@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The recipes of CONTRIBUTING name files that exist, and lists that these files hold.
 
+use std::path::Path;
+
 use batwing_tests::workspace;
 
 #[test]
@@ -12,7 +14,8 @@ fn recipes_name_what_exists() {
     let parts: Vec<&str> = recipes.split('`').collect();
     let mut files = 0;
     for (number, code) in parts.iter().enumerate().skip(1).step_by(2) {
-        let is_file = code.contains('/') || code.ends_with(".rs");
+        let has_ending = Path::new(code).extension().is_some_and(|ending| ending == "rs");
+        let is_file = code.contains('/') || has_ending;
         if !is_file || code.contains(' ') {
             continue;
         }

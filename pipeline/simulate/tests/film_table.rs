@@ -209,7 +209,7 @@ fn tables_of_stacks_see_what_is_traced_film_by_film() {
     let turbid = PLATE.replace("2.0", "2.6");
     let white = "[[films]]\nname = \"white\"\nz_mm = 4.0\nthickness_mm = 1.0\nmedium = { index = 1.49 }\n\
                  top = { kind = \"lambertian\", transmitted = 0.85, reflected = 0.15 }\n";
-    for (name, design, paths) in [
+    for (name, design, paths) in vec![
         ("plate between walls", parsed("lambertian", &[LINE, PLATE]), 12_800),
         ("plate between mirrors", parsed("specular", &[LINE, PLATE]), 12_800),
         ("conversion", parsed("specular", &[BLUE, PLATE, DOTS]), 12_800),
