@@ -83,7 +83,8 @@ pub fn treatment(design: &Design) -> FilmTreatment {
         .or_else(|| body_in_stack(design, ends_mm))
         .or_else(|| reading_in_stack(design, &films, ends_mm))
         .or_else(|| narrow_source(design))
-        .or_else(|| light_from_mirrors(design, &films));
+        .or_else(|| clear_lowest(&films))
+        .or_else(|| light_from_mirrors(design));
     if let Some(why) = why {
         return FilmTreatment::Traced(why);
     }
@@ -171,19 +172,21 @@ fn narrow_source(design: &Design) -> Option<String> {
     is_narrow.then(|| "the light of a source is narrow".to_owned())
 }
 
-/// Light that comes back from mirrors as it was: outcomes keep what it has of Q alone, and light that
-/// films have sent back meets them in the same direction again, which no cell of incidence holds.
-fn light_from_mirrors(design: &Design, films: &[&CheckedSolid]) -> Option<String> {
-    let walls = design.housing.as_ref().map(|housing| housing.reflector);
-    let mirrors = mirrors_light(design);
-    if design.polarization == Carrying::Carried && (mirrors || walls.is_some_and(is_mirror)) {
-        return Some("light that carries its polarisation comes back from mirrors".to_owned());
-    }
-    let is_clear = films.first().is_some_and(|lowest| !lowest.diffuses());
-    (mirrors && is_clear).then(|| {
-        "light keeps its direction between mirrors and the lowest film, which does not diffuse it"
-            .to_owned()
-    })
+/// A lowest film that lets light through as it came. Prisms send light back the way it came, and mirrors
+/// send it to them at the same angle again: no cell of incidence holds that.
+fn clear_lowest(films: &[&CheckedSolid]) -> Option<String> {
+    let clear = films.first().filter(|lowest| !lowest.diffuses())?;
+    Some(format!(
+        "the lowest film {:?} does not diffuse light, which comes back as it came",
+        clear.name()
+    ))
+}
+
+/// Light that carries its polarisation and comes back from mirrors: outcomes keep what it has of Q
+/// alone.
+fn light_from_mirrors(design: &Design) -> Option<String> {
+    let is_met = design.polarization == Carrying::Carried && mirrors_light(design);
+    is_met.then(|| "light that carries its polarisation comes back from mirrors".to_owned())
 }
 
 /// True if two lengths are the same, mm.
@@ -197,24 +200,21 @@ pub(super) fn fills(design: &Design, size_mm: [f64; 2]) -> bool {
     half.is_some_and(|half| (0..2).all(|axis| is_same_length(size_mm[axis], 2.0 * half[axis])))
 }
 
-/// True if something below the films sends light back without depolarising it and in the direction of
-/// a mirror image.
+/// True if something beside the films sends light back without depolarising it.
 fn mirrors_light(design: &Design) -> bool {
-    let floor = design.housing.as_ref().and_then(|housing| housing.floor);
-    let mut reflectors = [design.mirror.reflector, design.led.reflector].into_iter().chain(floor);
+    let is_mirror = |reflector: Reflector| match reflector {
+        Reflector::Specular { reflectance } => reflectance > 0.0,
+        Reflector::Mixed { specular_fraction, .. } => specular_fraction > 0.0,
+        Reflector::Lambertian { .. } | Reflector::Absorbing | Reflector::Periodic => false,
+    };
+    let housing = design.housing.as_ref();
+    let of_housing = housing.into_iter().flat_map(|h| [Some(h.reflector), h.floor]).flatten();
+    let mut reflectors =
+        [design.mirror.reflector, design.led.reflector].into_iter().chain(of_housing);
     let mut solids = design.solids.iter().filter(|solid| !solid.is_film());
     reflectors.any(is_mirror)
         || design.files.mirror().is_some()
         || solids.any(|solid| solid.medium.is_none() && !solid.is_diffuse())
-}
-
-/// True of a reflector that mirrors a part of light.
-fn is_mirror(reflector: Reflector) -> bool {
-    match reflector {
-        Reflector::Specular { reflectance } => reflectance > 0.0,
-        Reflector::Mixed { specular_fraction, .. } => specular_fraction > 0.0,
-        Reflector::Lambertian { .. } | Reflector::Absorbing | Reflector::Periodic => false,
-    }
 }
 
 /// Height of the highest body of a package, mm.

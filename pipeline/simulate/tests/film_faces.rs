@@ -264,7 +264,7 @@ light = { wavelength_nm = 550.0, polarization = "carried" }
 name = "plate"
 z_mm = 3.0
 thickness_mm = 1.0
-medium = { index = 1.49, absorption_per_mm = 0.03, scattering_per_mm = 1.0, g = 0.8 }
+medium = { index = 1.49, absorption_per_mm = 0.03, scattering_per_mm = 3.0, g = 0.8 }
 
 [[films]]
 name = "glue"

@@ -20,7 +20,7 @@ name = "stack"
 mirror = { kind = "BOARD", reflectance = 0.9, extent = "array" }
 led = { size_mm = [0.5, 0.4], height_mm = 0.15, reflection = "lambertian", reflectance = 0.8 }
 array = { columns = 2, rows = 2, pitch_mm = 6.0 }
-housing = { kind = "WALLS", reflectance = 1.0, height_mm = 8.0, inner_size_mm = [12.0, 12.0] }
+housing = { WALLS, height_mm = 8.0, inner_size_mm = [12.0, 12.0] }
 receiver = { plane_height_mm = 7.0, bin_mm = 1.5, average = "none" }
 far_field = { bin_deg = 10.0, azimuth_bin_deg = 45.0 }
 
@@ -51,7 +51,7 @@ const PLATE: &str = r#"
 name = "plate"
 z_mm = 4.0
 thickness_mm = 1.0
-medium = { index = 1.49, scattering_per_mm = 2.0, g = 0.8, absorption_per_mm = 0.02 }
+medium = { index = 1.49, scattering_per_mm = 2.6, g = 0.8, absorption_per_mm = 0.02 }
 "#;
 const DOTS: &str = r#"
 [[films]]
@@ -121,10 +121,10 @@ fn prisms(z: &str, direction_deg: f64) -> String {
     film("lower", z, direction_deg) + &film("upper", "", direction_deg + 90.0)
 }
 
-/// A film with these two faces.
+/// A film with these two faces, over another.
 fn faces(top: &str, bottom: &str) -> String {
     format!(
-        "[[films]]\nname = \"relief\"\nz_mm = 4.0\nthickness_mm = 0.2\nmedium = {{ index = 1.5 }}\n\
+        "[[films]]\nname = \"relief\"\nthickness_mm = 0.2\nmedium = {{ index = 1.5 }}\n\
          top = {{ {top} }}\nbottom = {{ {bottom} }}\n"
     )
 }
@@ -137,7 +137,9 @@ fn parsed_over(board: &str, walls: &str, parts: &[&str]) -> Design {
     // Keys of the top come before tables.
     let (keys, tables): (Vec<&str>, Vec<&str>) =
         parts.iter().partition(|part| !part.trim_start().starts_with('['));
-    let lit = BOX.replace("BOARD", board).replace("WALLS", walls);
+    let share = if walls == "periodic" { "" } else { ", reflectance = 1.0" };
+    let walls = format!("kind = {walls:?}{share}");
+    let lit = BOX.replace("BOARD", board).replace("WALLS", &walls);
     let text =
         lit.replacen("[[receivers]]", &(keys.concat() + "[[receivers]]"), 1) + &tables.concat();
     design::parse("own.toml", &text, Path::new("")).unwrap_or_else(|error| panic!("{error}"))
@@ -206,20 +208,20 @@ const MOST: f64 = 4.5;
 #[ignore = "slow: ten stacks over 40 seeds, by table and film by film (300 s)"]
 fn tables_of_stacks_see_what_is_traced_film_by_film() {
     let prisms_on_top = |degrees: f64| prisms("", degrees);
-    let turbid = PLATE.replace("2.0", "2.6");
     let white = "[[films]]\nname = \"white\"\nz_mm = 4.0\nthickness_mm = 1.0\nmedium = { index = 1.49 }\n\
                  top = { kind = \"lambertian\", transmitted = 0.85, reflected = 0.15 }\n";
     for (name, design, paths) in vec![
         ("plate between walls", parsed("lambertian", &[LINE, PLATE]), 12_800),
         ("plate between mirrors", parsed("specular", &[LINE, PLATE]), 12_800),
         ("conversion", parsed("specular", &[BLUE, PLATE, DOTS]), 12_800),
-        ("turned prisms", parsed("lambertian", &[LINE, &prisms("z_mm = 4.0\n", 10.0)]), 12_800),
+        ("turned prisms", parsed("periodic", &[LINE, PLATE, &prisms_on_top(10.0)]), 12_800),
         (
             "reliefs",
             parsed(
-                "lambertian",
+                "periodic",
                 &[
                     LINE,
+                    PLATE,
                     &faces(
                         "kind = \"microlenses\", cell = \"hexagonal\", height_um = 15.0, base_um = 45.0, direction_deg = 10.0",
                         "kind = \"pyramids\", pressed_in = true, apex_deg = 100.0, direction_deg = 55.0",
@@ -228,10 +230,10 @@ fn tables_of_stacks_see_what_is_traced_film_by_film() {
             ),
             12_800,
         ),
-        ("polarisers", parsed("lambertian", &[CARRIED, PLATE, SHEETS]), 12_800),
+        ("polarisers", parsed("periodic", &[CARRIED, PLATE, SHEETS]), 12_800),
         (
             "turbid plate over a mirror",
-            parsed_over("specular", "specular", &[LINE, &turbid, &prisms_on_top(0.0)]),
+            parsed_over("specular", "specular", &[LINE, PLATE, &prisms_on_top(0.0)]),
             25_600,
         ),
         (
@@ -240,13 +242,16 @@ fn tables_of_stacks_see_what_is_traced_film_by_film() {
             25_600,
         ),
         ("laminate", parsed("specular", &[LINE, PLATE, LAMINATE]), 12_800),
-        ("all", parsed("lambertian", &[CARRIED, PLATE, &prisms_on_top(10.0), SHEETS]), 12_800),
+        ("all", parsed("periodic", &[CARRIED, PLATE, &prisms_on_top(10.0), SHEETS]), 12_800),
     ] {
         assert!(matches!(treatment(&design), FilmTreatment::Table(_)), "{name}");
         let mut traced = design.clone();
         traced.trace.films = FilmTracing::Traced;
         let by_table = over_seeds(&design, paths, SEEDS);
         let by_film = over_seeds(&traced, paths, SEEDS);
+        // Where no light takes an outcome of the table, both are the same to the bit.
+        let up = |runs: &BTreeMap<String, OverSeeds>| runs["account escaped_up"].0.clone();
+        assert_ne!(up(&by_table), up(&by_film), "{name}");
         let mut wrong = Vec::new();
         let mut compared = 0;
         for (key, table) in &by_table {
@@ -289,6 +294,7 @@ fn stacks_that_no_table_fits_are_traced_and_say_why() {
     let spot = "[[sources]]\nname = \"spot\"\nkind = \"cosine\"\nexponent = 50.0\n\
                 position_mm = [0.0, 0.0, 0.5]\n";
     let upper = prisms("", 0.0);
+    let lowest = prisms("z_mm = 4.0\n", 0.0);
     for (parts, words) in [
         (vec![LINE], "no films"),
         (vec![LINE, PLATE], "table"),
@@ -300,22 +306,19 @@ fn stacks_that_no_table_fits_are_traced_and_say_why() {
         (vec![LINE, PLATE, solid], "solid \"post\" stands in, between or against films"),
         (vec![LINE, PLATE, &on_walls], "on the walls"),
         (vec![LINE, PLATE, spot], "the light of a source is narrow"),
+        // Prisms send light of an LED back to it: by cells its top would absorb a third too little.
+        (vec![LINE, &lowest], "the lowest film \"lower\" does not diffuse"),
     ] {
         let why = said(&parts);
         assert!(why.contains(words), "{parts:?}: {why}");
     }
-    // Between prisms and a mirror light meets the same angle again and again: by cells 7 % too much
-    // would leave.
-    let over_mirror = parsed_over("specular", "lambertian", &[LINE, &prisms("z_mm = 4.0\n", 0.0)]);
-    let FilmTreatment::Traced(why) = treatment(&over_mirror) else { panic!("a table") };
-    assert!(why.contains("does not diffuse"), "{why}");
 }
 
 /// Squares are mirrored each 45°, hexagons each 30°; mirrors need planes along x and y.
 #[test]
 fn reliefs_leave_the_mirror_planes_that_they_have() {
     let described = |top: &str, bottom: &str| {
-        let design = parsed("specular", &[LINE, &faces(top, bottom)]);
+        let design = parsed("specular", &[LINE, PLATE, &faces(top, bottom)]);
         treatment(&design).describe().expect("films")
     };
     let (own, other) =
