@@ -108,13 +108,15 @@ impl<'a> Layers<'a> {
         Self { spaces, faces, films: films.len() }
     }
 
-    /// The outer face that light meets, and the refractive indices before and behind it, where that is
-    /// smooth and level without layers.
-    pub fn smooth_outer_face(&self, falls: bool) -> Option<(usize, [f64; 2])> {
-        let number = if falls { self.faces.len() - 1 } else { 0 };
-        let Face { surface, patch, .. } = &self.faces[number];
+    /// The outer face that light along `direction` meets, where that is smooth without layers, with its
+    /// reflectance for unpolarised light and the direction behind it; `None` of both where all light is
+    /// reflected.
+    pub fn smooth_outer_face(&self, direction: DVec3) -> Option<(usize, Option<(f64, DVec3)>)> {
+        let number = if direction.z < 0.0 { self.faces.len() - 1 } else { 0 };
+        let Face { surface, patch, normal, .. } = &self.faces[number];
         let [inner, outer] = surface.indices;
-        matches!(patch.optics, SurfaceModel::Interface).then_some((number, [outer, inner]))
+        let is_smooth = matches!(patch.optics, SurfaceModel::Interface);
+        is_smooth.then(|| (number, refract(direction, *normal, outer, inner)))
     }
 
     /// Number of films but one: of gaps, with those that contact closes.
@@ -198,17 +200,17 @@ impl LayerWalk<'_, '_, '_> {
     fn enter(&mut self, ray: &mut Traveller, rng: &mut PathStream) -> bool {
         let wavelength = usize::from(ray.wavelength);
         let layers = &self.layers[wavelength];
-        let falls = ray.direction.z < 0.0;
-        let Some((number, [n1, n2])) = layers.smooth_outer_face(falls) else { return false };
-        let Face { normal, patch, .. } = layers.faces[number];
-        let Some((_, direction)) = refract(ray.direction, normal, n1, n2) else { return false };
+        let Some((number, Some((_, direction)))) = layers.smooth_outer_face(ray.direction) else {
+            return false;
+        };
+        let Face { patch, .. } = layers.faces[number];
         let (tracer, tally) = (&self.tracers[wavelength], &mut self.tallies[wavelength]);
         let sides = [Side::Outer, Side::Inner];
         tracer.settle(patch.line, sides, 1.0, &mut ray.weight, rng, tally);
         ray.history.bounces += 1;
         ray.history.line = patch.line as u32;
         ray.direction = direction;
-        ray.space = if falls { number } else { number + 1 };
+        ray.space = if direction.z < 0.0 { number } else { number + 1 };
         true
     }
 

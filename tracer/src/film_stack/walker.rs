@@ -9,7 +9,6 @@ use super::part::{Course, Entry, Exit, FilmOutcome, MOST, Part, Way};
 use super::{Passage, StackBorder, TabulatedFilms};
 use crate::error::{Error, check};
 use crate::ledger::Ledger;
-use crate::optics::fresnel::refract;
 use crate::optics::polarisation::{Light, Polarisation, Stokes, Unpolarised};
 use crate::path::{PathState, Tracer};
 use crate::random::{self, PathStream, Streams};
@@ -223,16 +222,14 @@ impl<'w, 'a> StackWalker<'w, 'a> {
     /// mirrors light keeps that.
     fn mirrors(&self, path: &mut PathState, rng: &mut PathStream) -> bool {
         let stack = self.stack;
-        let (direction, number) = (path.ray.direction, usize::from(path.wavelength));
-        let falls = direction.z < 0.0;
-        let layers = &stack.layers[number];
-        let Some((_, [n1, n2])) = layers.smooth_outer_face(falls) else { return false };
-        let towards = if falls { DVec3::Z } else { DVec3::NEG_Z };
-        let reflectance =
-            refract(direction, towards, n1, n2).map_or(1.0, |(reflectance, _)| reflectance);
+        let direction = path.ray.direction;
+        let layers = &stack.layers[usize::from(path.wavelength)];
+        let Some((_, refracted)) = layers.smooth_outer_face(direction) else { return false };
+        let reflectance = refracted.map_or(1.0, |(reflectance, _)| reflectance);
         if random::unit(rng) >= reflectance {
             return false;
         }
+        let falls = direction.z < 0.0;
         let ends = stack.films.table.ends_mm();
         path.ray.origin.z = if falls { ends[1] + stack.offset } else { ends[0] - stack.offset };
         path.ray.direction.z = -direction.z;
