@@ -14,13 +14,13 @@ use simulate::model::Model;
 use simulate::observation::Observation;
 use simulate::trace::observe;
 
-/// Four LEDs on a white board between walls 12 mm apart.
+/// Four LEDs on a white board between walls.
 const BOX: &str = r#"
 name = "stack"
 mirror = { kind = "BOARD", reflectance = 0.9, extent = "array" }
 led = { size_mm = [0.5, 0.4], height_mm = 0.15, reflection = "lambertian", reflectance = 0.8 }
 array = { columns = 2, rows = 2, pitch_mm = 6.0 }
-housing = { WALLS, height_mm = 8.0, inner_size_mm = [12.0, 12.0] }
+housing = { WALLS, height_mm = 8.0 }
 receiver = { plane_height_mm = 7.0, bin_mm = 1.5, average = "none" }
 far_field = { bin_deg = 10.0, azimuth_bin_deg = 45.0 }
 
@@ -138,7 +138,9 @@ fn parsed_over(board: &str, walls: &str, parts: &[&str]) -> Design {
     let (keys, tables): (Vec<&str>, Vec<&str>) =
         parts.iter().partition(|part| !part.trim_start().starts_with('['));
     let share = if walls == "periodic" { "" } else { ", reflectance = 1.0" };
-    let walls = format!("kind = {walls:?}{share}");
+    // Near white walls light is traced film by film.
+    let size_mm = if walls == "lambertian" { 40.0 } else { 12.0 };
+    let walls = format!("kind = {walls:?}{share}, inner_size_mm = [{size_mm:?}, {size_mm:?}]");
     let lit = BOX.replace("BOARD", board).replace("WALLS", &walls);
     let text =
         lit.replacen("[[receivers]]", &(keys.concat() + "[[receivers]]"), 1) + &tables.concat();
