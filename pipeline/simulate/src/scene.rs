@@ -246,7 +246,8 @@ fn mirror(design: &Design) -> Result<SurfaceModel> {
         .transpose()?
         .flatten();
     let of_file = design.files.mirror();
-    Ok(of_file.or(of_films).unwrap_or_else(|| reflector.optics()))
+    let unprinted = of_file.or(of_films).unwrap_or_else(|| reflector.optics());
+    Ok(design.printed_mirror(unprinted))
 }
 
 /// Puts the thin films of the dome on every refracting patch.
@@ -274,8 +275,7 @@ fn built(scene: &SceneBuilder, design: &Design) -> Result<Scene> {
 
 /// Half lengths of the mirror under the whole array, mm.
 pub(crate) fn mirror_half_mm(design: &Design) -> [f64; 2] {
-    let (half, pitch) = (design.half_extent_mm(), design.array.pitch_mm.along());
-    [0, 1].map(|k| half[k] + 0.5 * pitch[k])
+    design.cells_mm().map(|length| 0.5 * length)
 }
 
 /// Medium that a body on the bottom meets there.

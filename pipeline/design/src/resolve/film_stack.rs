@@ -157,6 +157,5 @@ fn lengths_mm(film: &Film, design: &Design, read: &SolidTable) -> Result<[f64; 2
     if let Some(half) = design.housing_half_mm() {
         return Ok(half.map(|half| 2.0 * half));
     }
-    let (half, pitch) = (design.half_extent_mm(), design.array.pitch_mm.along());
-    Ok([0, 1].map(|k| 2.0 * half[k] + pitch[k]))
+    Ok(design.cells_mm())
 }

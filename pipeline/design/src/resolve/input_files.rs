@@ -63,6 +63,7 @@ impl<'a> InputNames<'a> {
             names.medium(&film.medium);
             film.top.iter().chain(&film.bottom).for_each(|face| names.scattering(face));
         }
+        names.0.extend(raw.prints.iter().flat_map(|print| &print.picture_file));
         names
     }
 

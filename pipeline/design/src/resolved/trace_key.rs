@@ -80,6 +80,7 @@ impl Design {
             receivers,
             sources,
             solids,
+            prints,
             hybrid,
             trace,
             files,
@@ -122,6 +123,9 @@ impl Design {
             "polarization": polarization,
         });
         // Other designs have the fields of those that cannot say otherwise.
+        if !prints.is_empty() {
+            fields["prints"] = json!(prints);
+        }
         if trace.films == FilmTracing::Table && solids.iter().any(CheckedSolid::is_film) {
             fields["trace"]["films"] = json!(trace.films);
         }

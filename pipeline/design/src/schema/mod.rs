@@ -22,6 +22,7 @@ pub mod films;
 pub mod hybrid;
 pub mod light;
 pub mod luminescence;
+pub mod prints;
 pub mod receivers;
 pub mod reflectors;
 pub mod scattering;
@@ -79,6 +80,9 @@ pub struct Design {
     /// Plates and films over the array, the lowest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub films: Vec<film_stack::Film>,
+    /// Ink on the mirror and on faces of films.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub prints: Vec<prints::Print>,
     /// Wave/ray hybrid and its tables.
     #[serde(default)]
     pub hybrid: Hybrid,
