@@ -217,8 +217,8 @@ fn mirrors_light(design: &Design) -> bool {
     };
     let housing = design.housing.as_ref();
     let of_housing = housing.into_iter().flat_map(|h| [Some(h.reflector), h.floor]).flatten();
-    let mut reflectors =
-        [design.mirror.reflector, design.led.reflector].into_iter().chain(of_housing);
+    let own = [design.mirror.reflector, design.led.reflector].into_iter().chain(design.led.sides);
+    let mut reflectors = own.chain(of_housing);
     let mut solids = design.solids.iter().filter(|solid| !solid.is_film());
     reflectors.any(is_mirror)
         || design.files.mirror().is_some()

@@ -232,8 +232,11 @@ fn element_fields(elements: &Elements) -> Value {
 /// A box that stands level about the axis has the fields of designs that cannot say otherwise.
 fn led_fields(led: &Led) -> Value {
     let mut fields = fields!(led => Led {
-        size_mm, height_mm, reflector; offset_mm, tilt_deg, offsets_mm, tilts_deg
+        size_mm, height_mm, reflector; sides, offset_mm, tilt_deg, offsets_mm, tilts_deg
     });
+    if let Some(sides) = led.sides {
+        fields["sides"] = json!(sides);
+    }
     if !led.is_centred() {
         let places = led.stated_places();
         let (offsets, tilts): (Vec<[f64; 2]>, Vec<[f64; 2]>) =

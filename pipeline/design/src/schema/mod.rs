@@ -95,7 +95,7 @@ pub struct Design {
 }
 
 /// The tables that are of one of several kinds, those within others first.
-pub(super) fn tagged_tables() -> [TaggedTable; 15] {
+pub(super) fn tagged_tables() -> [TaggedTable; 16] {
     use dome::{DomeKeys, ShapeKeys};
     use light::SpectrumKeys;
     use receivers::{ReceiverForm, ReceiverKeys};
@@ -106,6 +106,7 @@ pub(super) fn tagged_tables() -> [TaggedTable; 15] {
         TaggedTable::new::<DomeKeys, DomeForm>(&["dome"]),
         TaggedTable::new::<ShapeKeys, ShapeForm>(&["elements", "shapes"]),
         TaggedTable::new::<MirrorKeys, Law<Metal>>(&["mirror"]),
+        TaggedTable::new::<NoKeys, Law<Metal>>(&["led", "sides"]),
         TaggedTable::new::<LedKeys, LedLaw>(&["led"]),
         TaggedTable::new::<NoKeys, Law<Reflectance>>(&["housing", "floor"]),
         TaggedTable::new::<HousingKeys, Walls>(&["housing"]),
@@ -240,7 +241,8 @@ pub struct Array {
     #[serde(default, skip_serializing_if = "is_default")]
     pub arrangement: Arrangement,
     /// Text file of 1 to 20 000 positions in place of `columns`, `rows` and `arrangement`: x and y
-    /// a line, mm, within 100 000; form as of `dome.meridian_file`.
+    /// a line, mm, within 100 000, and the power of the package in any unit, which shares out the
+    /// power of all; form as of `dome.meridian_file`.
     pub positions_file: Option<String>,
     /// False: each package is traced without the others, on the mirror of the whole array, and the
     /// light is added up.
