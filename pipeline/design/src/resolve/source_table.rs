@@ -46,13 +46,17 @@ pub(super) fn emission(
     let ascends = angles.windows(2).all(|pair| pair[0] < pair[1]);
     let fits = |angle: &f64| (-180.0..=180.0).contains(angle);
     let is_whole = planes.iter().all(|values| values.len() == angles.len());
-    if !(ascends && is_whole && angles.iter().all(fits) && angles.len() > 1) {
-        let expected = "two angles at least, ascending from -180 to 180, and an intensity at each";
+    let ends = angles.first().copied().zip(angles.last().copied());
+    let (true, Some((first, last))) = (ascends && is_whole && angles.iter().all(fits), ends) else {
+        let expected = "angles ascending from -180 to 180, and an intensity at each";
         return Err(refuse(expected));
+    };
+    if first < 0.0 && first + last != 0.0 {
+        return Err(refuse(&format!("both halves to one end, got {first} to {last}")));
     }
     let table = distribution(angles, planes);
     let table = table.map_err(|error| refuse(&format!("a table of intensities: {error}")))?;
-    let symmetry = match (angles[0] < 0.0, planes.len()) {
+    let symmetry = match (first < 0.0, planes.len()) {
         (false, 1) => Symmetry::Square,
         (false, _) => Symmetry::Rectangle,
         (true, _) => Symmetry::None,

@@ -141,8 +141,8 @@ pub struct TableSource {
     /// Surroundings: `"silicone"`, `"air"` or a solid with a medium; one with `per = "array"` where
     /// all packages stand in it. Default silicone where there is a dome, else air.
     pub inside: Option<String>,
-    /// Angles to the axis +z, degrees, ascending, -180 to 180; dark beyond the ends. From 0 on: the
-    /// same on both sides of the axis. Below 0: towards -x, of `across` towards -y.
+    /// Angles to the axis +z, degrees, ascending, -180 to 180; dark beyond the ends. Below 0, where
+    /// any are as far as above: towards -x, of `across` towards -y.
     pub angle_deg: Option<Vec<f64>>,
     /// Intensity at each, in any unit, on straight lines between: all round, with `across` in the
     /// plane of x.
