@@ -438,6 +438,7 @@ fn tables_of_data_sheets_are_straight_lines_in_every_plane() {
     let folder = tempfile::tempdir().expect("a directory");
     let oval = "angle along across\n0 1 1\n60 0.5 0\n";
     std::fs::write(folder.path().join("oval.txt"), oval).expect("written");
+    std::fs::write(folder.path().join("empty.txt"), "").expect("written");
     let light = |keys: &str| {
         let source = "[[sources]]\nname = \"s\"\nkind = \"table\"\nposition_mm = [0.0, 0.0, 0.6]\n";
         let found = parse("d2.toml", &format!("{D2}\n{source}{keys}\n"), folder.path());
@@ -500,6 +501,7 @@ fn tables_of_data_sheets_are_straight_lines_in_every_plane() {
             "file = \"none.txt\"",
             "sources[1].file = \"none.txt\": expected a file of two or three columns",
         ),
+        ("file = \"empty.txt\"", "expected angles ascending from -180 to 180"),
         (
             "file = \"oval.txt\"\nintensity = [1]",
             "`angle_deg`, `intensity` and perhaps `across`, or `file`",

@@ -41,12 +41,15 @@ pub fn read(text: &str, counts: RangeInclusive<usize>) -> Result<Vec<Vec<f64>>, 
             let of_counts = counts.clone().map(|count| count.to_string()).collect::<Vec<_>>();
             let of_counts = of_counts.join(" or ");
             format!(
-                "line {}: expected {of_counts} numbers as in the first row, got `{line}`",
+                "line {}: expected {of_counts} numbers, as many in every row, got `{line}`",
                 number + 1
             )
         })?;
         columns.resize(row.len(), Vec::new());
         columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
+    }
+    if columns.is_empty() {
+        columns.resize(*counts.start(), Vec::new());
     }
     let rows = columns.first().map_or(0, Vec::len);
     let stated = text.lines().nth(head.wrapping_sub(1)).map(str::trim);
@@ -64,7 +67,7 @@ mod tests {
     fn headings_comments_and_separators() {
         let text = "\u{feff}# measured\nwavelength_nm,power\n400, 0.5\n\n401;1\n402\t2e-1\n";
         assert_eq!(read(text, 2..=2), Ok(vec![vec![400.0, 401.0, 402.0], vec![0.5, 1.0, 0.2]]));
-        assert_eq!(read("", 2..=2), Ok(vec![]));
+        assert_eq!(read("", 2..=2), Ok(vec![vec![], vec![]]));
         assert_eq!(read("1 2 3\n4 5 6", 2..=3).map(|columns| columns.len()), Ok(3));
         let speos = "OPTIS - Spectrum file v1.0\nWhite LED 6500K\n2\n430\t0\n450\t100\n";
         assert_eq!(read(speos, 2..=2), Ok(vec![vec![430.0, 450.0], vec![0.0, 100.0]]));
