@@ -444,7 +444,7 @@ pub fn floating_ridges(
     Some((sides.into_iter().map(Side::name).collect(), words))
 }
 
-/// Index n + ik at wavelengths in micrometres from a material file of refractiveindex.info.
+/// Index n + ik at wavelengths in micrometres from the text of a material file.
 #[pyfunction]
 pub fn material_indices(
     py: Python<'_>,
@@ -452,7 +452,7 @@ pub fn material_indices(
     wavelengths_um: Vec<f64>,
 ) -> PyResult<Vec<Complex64>> {
     let read = || -> anyhow::Result<Vec<Complex64>> {
-        let material = rcwa::material::Material::from_yaml(text)?;
+        let material = rcwa::material::Material::from_text(text, None)?;
         let indices = wavelengths_um.iter().map(|&w| Ok(material.index_at(w)?.complex()));
         indices.collect()
     };

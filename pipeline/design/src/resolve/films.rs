@@ -107,7 +107,7 @@ fn source(
         }
         (None, Some(name)) => {
             let key = format!("{key}.material_file");
-            let material = material::read(&folder.join(name))
+            let material = material::read(&folder.join(name), None)
                 .map_err(|e| at.value(&key, name, &format!("a readable material: {e:#}")))?;
             let name = name.clone();
             (key, GivenIndex::File { name, material })

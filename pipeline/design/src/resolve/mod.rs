@@ -27,6 +27,7 @@ mod relief;
 mod scattering;
 mod solids;
 mod source_spectra;
+mod source_table;
 mod sources;
 pub mod tables;
 

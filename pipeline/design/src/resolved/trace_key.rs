@@ -132,7 +132,8 @@ impl Design {
         if self.converts() {
             let nodes = self.traced_nm();
             let emitted = self.emitted_at(&nodes);
-            fields["converted"] = json!({"step_nm": step_nm, "nm": nodes, "emitted": emitted});
+            fields["converted"] =
+                json!({"step_nm": step_nm, "nm": nodes, "emitted": emitted, "photons": true});
             // What is kept of a trace is weighted.
             if *converts_in_lumens {
                 fields["converted"]["lumens"] = json!(true);

@@ -134,10 +134,13 @@ pub struct Silicone {
     /// Refractive index, real, above 1, below 10 (of a solid from 0.1); this or `material_file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<f64>,
-    /// Material file in refractiveindex.info's YAML form: index and absorption over all wavelengths
-    /// of the design.
+    /// Material file: YAML or CSV of refractiveindex.info, or a glass catalogue (`.agf`); index and
+    /// absorption over all wavelengths of the design.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material_file: Option<String>,
+    /// Glass of a catalogue, in upper or lower case; needed where it has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub glass: Option<String>,
     /// Absorption coefficient for power, 1/mm, added to that of the file; 0 to 10⁶. Here and below
     /// a list stands for one number: rows of wavelength in nm and value, straight lines between.
     #[serde(default)]
