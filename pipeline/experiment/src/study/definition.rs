@@ -90,7 +90,7 @@ fn designs(
     paths: Option<u64>,
 ) -> Result<(Possible, Vec<LeftOutEntry>)> {
     let (mut possible, mut impossible) = (Possible::new(), Vec::new());
-    for setup in setups::setups(file, factors)? {
+    for setup in setups::setups(file, factors, sources)? {
         if paths.is_some() {
             let key = "trace.paths";
             let sets = |level: &Level| {
@@ -129,7 +129,7 @@ fn designs(
 /// Refuses levels that move no package, also where another level states the places.
 fn check_effects(setup: &Setup, sources: &[DesignFile]) -> Result<()> {
     for source in sources {
-        let table = source.table_with(&setup.of(&source.name)?)?;
+        let table = source.table_with(&setup.of(source)?)?;
         for level in &setup.settings {
             let of_design = level.set_of.get(&source.name);
             for settings in [Some(&level.set), of_design].into_iter().flatten() {
@@ -142,7 +142,7 @@ fn check_effects(setup: &Setup, sources: &[DesignFile]) -> Result<()> {
 
 /// The design that `setup` makes of `source`.
 fn make(source: &DesignFile, setup: &Setup, paths: Option<u64>) -> Result<Design> {
-    let mut design = source.with(&setup.of(&source.name)?)?;
+    let mut design = source.with(&setup.of(source)?)?;
     if let Some(paths) = paths {
         design.trace.paths = paths;
     }
