@@ -266,18 +266,21 @@ pub fn removed_entries(settings: &Settings) -> impl Iterator<Item = String> {
     removed.map(|(path, _)| bracketed(path)).filter(|path| path.ends_with(']'))
 }
 
-/// Refuses settings that remove entries of lists of `design`, which studies alone do.
+/// Refuses settings that remove or reorder entries of lists of `design`, which studies alone do.
 ///
 /// # Errors
-/// The first entry.
+/// The first such key.
 pub fn check_entries_stay(design: &toml::Table, settings: &Settings) -> Result<()> {
-    match removed_entries(&settings_by_number(design, settings)).next() {
-        Some(entry) => bail!(
-            "{entry}: expected a value, got \"\"; studies alone take entries of lists away, here \
-             the design file does"
-        ),
-        None => Ok(()),
+    let settings = settings_by_number(design, settings);
+    let removed: Vec<String> = removed_entries(&settings).collect();
+    for (key, value) in &settings {
+        ensure!(
+            !removed.contains(key) && order(design, key, value)?.is_none(),
+            "{key}: expected a value, got {value}; studies alone take entries of lists away or \
+             reorder them, here the design file does"
+        );
     }
+    Ok(())
 }
 
 /// True where the dotted key `outer` is `inner` or holds it.
@@ -367,8 +370,14 @@ mod tests {
         let design = stack("").expect("set");
         assert_eq!(numbered(&design, "films.b.top.x"), "films[3].top.x");
         assert_eq!(get(&design, "films.a-1.gap_mm"), get(&design, "films[2].gap_mm"));
-        let away = toml::from_str("\"films.b\" = \"\"").expect("TOML");
-        assert!(check_entries_stay(&design, &away).is_err());
+        for (settings, stay) in [
+            ("\"films.b\" = \"\"", false),
+            ("films = [\"b\", \"plate\"]", false),
+            ("\"films.b.gap_mm\" = \"\"\n\"films.c\" = {name = \"d\"}", true),
+        ] {
+            let settings: Settings = toml::from_str(settings).expect("TOML");
+            assert_eq!(check_entries_stay(&design, &settings).is_ok(), stay, "{settings:?}");
+        }
     }
 
     #[test]

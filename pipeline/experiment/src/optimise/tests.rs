@@ -127,7 +127,7 @@ fn linked_keys_move_by_one_amount() {
             "real numbers that the design states, got array.columns",
         ),
         ("keys = [\"array.pitch_mm\"]\nchoices = [4.0, 5.0]", "keys: expected them with `from`"),
-        ("key = \"films[1]\"\nchoices = [\"\", \"x\"]", "studies alone take it away"),
+        ("key = \"films[1]\"\nchoices = [\"\", \"x\"]", "studies alone take entries of lists away"),
     ] {
         let said = refused(&[text]);
         assert!(said.contains("variables[1]") && said.contains(words), "{said}");

@@ -7,7 +7,9 @@
 use anyhow::{Context, Result, bail, ensure};
 
 use design::Design;
-use design::dotted_keys::{self, Settings, bracketed, contains, number, numbered};
+use design::dotted_keys::{
+    self, Settings, bracketed, check_entries_stay, contains, number, numbered,
+};
 use design::formulas::number_at;
 use design::json_schema::{NumberKind, number_kind};
 use metrics::digits::shortest;
@@ -457,12 +459,10 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         _ => bail!("expected one of `keys`, `key` and `profile`, got several or none"),
     };
     let range = Range::new(keys, matches!(place, Place::Key(_, _)))?;
-    let is_entry = matches!(&place, Place::Key(key, _) if key.ends_with(']'));
-    let mut choices = keys.choices.iter().flatten();
-    ensure!(
-        !(is_entry && choices.any(|choice| choice.as_str() == Some(""))),
-        "choices: expected values of an entry of a list, got \"\", by which studies alone take it away"
-    );
+    for value in keys.choices.iter().flatten().chain(&keys.value) {
+        let set = keys.key.iter().map(|key| (key.clone(), value.clone())).collect();
+        check_entries_stay(&source.table, &set)?;
+    }
     ensure!(
         keys.keys.is_none() || matches!(range, Range::Between { .. }),
         "keys: expected them with `from` and `to`, got them with `choices`"
