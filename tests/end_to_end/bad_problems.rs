@@ -19,6 +19,12 @@ const REFUSED: &[Case] = &[
     (&[("to = 12.0", "to = 12.0\nstart = 13.0")], &["variables[1]: start", "13"]),
     (&[("from = 4.5\nto = 12.0", "choices = [5.0]")], &["variables[1]: choices", "got 1"]),
     (
+        &[("from = 4.5\nto = 12.0", "value = \"2 * array.pitch_mm\"")],
+        &["variables[1]: array.pitch_mm", "which leads back to array.pitch_mm"],
+    ),
+    (&[("from = 4.5\nto = 12.0", "value = 5.0")], &["variables: expected", "`value` alone"]),
+    (&[("to = 12.0", "value = 5.0")], &["variables[1]: value", "a `key` alone beside it"]),
+    (
         &[("key = \"array.pitch_mm\"", "profile = \"inner_slope_deg\"")],
         &["variables[1]", "[elements]"],
     ),

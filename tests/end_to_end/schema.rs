@@ -35,7 +35,7 @@ fn admit(schema: &Value, value: &Value, at: &str) -> Result<(), String> {
     }
     sure(schema.get("const").is_none_or(|one| one == value), "the constant")?;
     sure(list("enum").is_none_or(|all| all.contains(value)), "a listed word")?;
-    let is_of_type = match schema["type"].as_str() {
+    let is_of_type = |kind: &Value| match kind.as_str() {
         Some("object") => value.is_object(),
         Some("array") => value.is_array(),
         Some("string") => value.is_string(),
@@ -44,7 +44,8 @@ fn admit(schema: &Value, value: &Value, at: &str) -> Result<(), String> {
         Some("integer") => value.as_f64().is_some_and(|number| number.fract() == 0.0),
         other => other.is_none(),
     };
-    sure(is_of_type, &schema["type"].to_string())?;
+    let kinds = list("type").map_or(std::slice::from_ref(&schema["type"]), Vec::as_slice);
+    sure(kinds.iter().any(is_of_type), &schema["type"].to_string())?;
     for (entry, value) in value.as_array().into_iter().flatten().enumerate() {
         admit(&schema["items"], value, &format!("{at}[{entry}]"))?;
     }
@@ -103,6 +104,13 @@ fn schemas_admit_every_shipped_file_of_their_kind() {
             assert!(altered("name", Some(json!(1))).contains(r#"expected "string", got 1"#));
         }
     }
+    let schema = json(workspace(), &["schema"]);
+    let backlight =
+        design::NEW_BACKLIGHT.replace("[32.0, 24.0]\nheight", "\"4 * array.pitch_mm\"\nheight");
+    let backlight = backlight.replace("columns = 4", "columns = \"array.rows + 1\"");
+    let backlight: toml::Table =
+        backlight.replace("z_mm = 5.0", "z_mm = \"5\"").parse().expect("TOML");
+    assert_eq!(admit(&schema, &json!(backlight), "formulas"), Ok(()));
     let others = shipped.iter().filter(|(_, file)| KINDS.iter().all(|of| file.get(of.1).is_none()));
     let others: Vec<_> = others.map(|(name, _)| name).collect();
     assert!(matches!(&others[..], [one] if one.ends_with("published/tables.toml")), "{others:?}");

@@ -4,7 +4,7 @@
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 
 /// Keys of a design by dotted path, and what they are set to.
 pub type Settings = BTreeMap<String, toml::Value>;
@@ -54,10 +54,54 @@ pub fn steps(path: &str) -> Option<Vec<Step<'_>>> {
     Some(steps)
 }
 
+/// `path` in [`bracketed`] form, with numbers in place of names of entries of lists in `design`:
+/// `films.diffuser.gap_mm` is `films[2].gap_mm`. A name that two entries have stays.
+pub fn numbered(design: &toml::Table, path: &str) -> String {
+    let path = bracketed(path);
+    let Some(steps) = steps(&path) else { return path };
+    let (mut text, mut at) = (String::new(), None::<&toml::Value>);
+    for (place, step) in steps.into_iter().enumerate() {
+        let entry = match (step, at) {
+            (Step::Key(name), Some(toml::Value::Array(list))) => entry_of_name(list, name),
+            _ => None,
+        };
+        let step = entry.map_or(step, |entry| Step::Entry(entry + 1));
+        at = match (step, place) {
+            (Step::Key(key), 0) => design.get(key),
+            (step, _) => at.and_then(|at| below(at, step)),
+        };
+        match step {
+            Step::Key(key) if text.is_empty() => text.push_str(key),
+            Step::Key(key) => text.extend([".", key]),
+            Step::Entry(number) => text.push_str(&format!("[{number}]")),
+        }
+    }
+    text
+}
+
+/// The place of the only entry called `name`, from 0.
+fn entry_of_name(list: &[toml::Value], name: &str) -> Option<usize> {
+    let mut called = (0..list.len()).filter(|k| name_of(&list[*k]) == Some(name));
+    called.next().filter(|_| called.next().is_none())
+}
+
+fn name_of(entry: &toml::Value) -> Option<&str> {
+    entry.get("name")?.as_str()
+}
+
+/// What stands one step below `at`.
+fn below<'a>(at: &'a toml::Value, step: Step<'_>) -> Option<&'a toml::Value> {
+    match (at, step) {
+        (toml::Value::Table(table), Step::Key(key)) => table.get(key),
+        (toml::Value::Array(list), Step::Entry(number)) => list.get(number.checked_sub(1)?),
+        _ => None,
+    }
+}
+
 /// Sets the key at the dotted `path`; `""` removes a key of a table, and stands in the place of an
 /// entry that is to be removed.
 fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<()> {
-    let path = &bracketed(path);
+    let path = &numbered(design, path);
     let Some(all) = steps(path) else {
         bail!("expected a key such as led.reflectance or solids[1].position_mm[3], got {path:?}");
     };
@@ -101,8 +145,9 @@ fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<()> 
         table = match at {
             toml::Value::Table(table) => table,
             toml::Value::Array(list) => bail!(
-                "{path}: expected an entry of `{key}`, `{key}[1]` to `{key}[{}]`, got `{next}`",
-                list.len()
+                "{path}: expected an entry of `{key}`, `{key}[1]` to `{key}[{}]`{}, got `{next}`",
+                list.len(),
+                names_of(list)
             ),
             _ => bail!("{path}: expected a table at `{key}`, got a value"),
         };
@@ -110,29 +155,95 @@ fn set(design: &mut toml::Table, path: &str, value: &toml::Value) -> Result<()> 
     }
 }
 
-/// Sets all keys of `settings`, with entries of lists in brackets from 1:
-/// `elements.shapes[2].apex_angle_deg`, or as `elements.shapes.1.apex_angle_deg` from 0. The value `""`
-/// removes a key or an entry; numbers of entries are those before any is removed.
+/// Sets all keys of `settings`, with entries of lists in brackets from 1, between dots from 0, or by
+/// their names: `elements.shapes[2].apex_angle_deg`, `films.diffuser.gap_mm`. The value `""` removes
+/// a key or an entry, a list of names puts a list of tables into their order and removes all others.
+/// Numbers and names of entries are those before.
 ///
 /// # Errors
 /// The first key that cannot be set: a path through a plain value, or beyond the end of a list.
 pub fn set_all(design: &mut toml::Table, settings: &Settings) -> Result<()> {
-    for (path, value) in settings {
+    let settings = settings_by_number(design, settings);
+    let mut orders = BTreeMap::new();
+    for (path, value) in &settings {
+        orders.extend(order(design, path, value)?.map(|order| (path.as_str(), order)));
+    }
+    let removed: Vec<String> = removed_entries(&settings).collect();
+    let is_of_entry = |path: &String| orders.contains_key(path.as_str()) || removed.contains(path);
+    for (path, value) in settings.iter().filter(|(path, _)| !is_of_entry(path)) {
         set(design, path, value)?;
     }
-    let mut entries: Vec<String> = removed_entries(settings).collect();
-    // Lists within entries first, as their numbers are those of the file.
-    entries.sort_by_key(|path| Reverse(path.matches('[').count()));
-    for path in entries {
-        if let Some((list, _)) = path.rsplit_once('[')
-            && let Some(toml::Value::Array(entries)) = get(design, list)
-        {
-            let left = entries.iter().filter(|entry| entry.as_str() != Some("")).cloned();
-            let left = toml::Value::Array(left.collect());
-            set(design, list, &left)?;
-        }
+    let lowest = lowest_film(design).cloned();
+    for path in &removed {
+        set(design, path, &toml::Value::String(String::new()))?;
     }
+    let lists = removed.iter().filter_map(|path| Some(path.rsplit_once('[')?.0));
+    let mut lists: Vec<&str> = lists.chain(orders.keys().copied()).collect();
+    // Lists within entries first, as their numbers are those of the file.
+    lists.sort_by_key(|path| Reverse(path.matches('[').count()));
+    for path in lists {
+        let Some(toml::Value::Array(list)) = get(design, path) else { continue };
+        let order = orders.remove(path).unwrap_or_else(|| (0..list.len()).collect());
+        let entries = order.iter().filter_map(|k| list.get(*k));
+        let left = entries.filter(|entry| entry.as_str() != Some("")).cloned();
+        let left = toml::Value::Array(left.collect());
+        set(design, path, &left)?;
+    }
+    keep_height(design, lowest);
     Ok(())
+}
+
+/// `settings` with [`numbered`] keys.
+pub fn settings_by_number(design: &toml::Table, settings: &Settings) -> Settings {
+    settings.iter().map(|(key, value)| (numbered(design, key), value.clone())).collect()
+}
+
+/// The places, from 0, of the entries that `value` names, if it is the order of a list of tables.
+fn order(design: &toml::Table, path: &str, value: &toml::Value) -> Result<Option<Vec<usize>>> {
+    let list = get(design, path).and_then(toml::Value::as_array).map_or(&[][..], Vec::as_slice);
+    let names = value.as_array().into_iter().flatten().map(toml::Value::as_str);
+    let names = names.collect::<Option<Vec<_>>>().filter(|names| !names.is_empty());
+    let (Some(names), Some(toml::Value::Table(_))) = (names, list.first()) else {
+        return Ok(None);
+    };
+    let place = |name: &str| {
+        entry_of_name(list, name).with_context(|| {
+            let known = names_of(list);
+            format!("{path}: expected names of its entries{known}, got {name:?}")
+        })
+    };
+    names.into_iter().map(place).collect::<Result<_>>().map(Some)
+}
+
+/// Names of entries, as messages list them after a blank.
+fn names_of(list: &[toml::Value]) -> String {
+    let names: Vec<&str> = list.iter().filter_map(name_of).collect();
+    if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) }
+}
+
+fn lowest_film(design: &toml::Table) -> Option<&toml::Table> {
+    design.get("films")?.as_array()?.first()?.as_table()
+}
+
+/// Gives the lowest film of a stack the height of that which was, and the latter, where it is still
+/// there, the gap in exchange.
+fn keep_height(design: &mut toml::Table, before: Option<toml::Table>) {
+    const HEIGHT: &str = "z_mm";
+    const GAP: &str = "gap_mm";
+    let films = design.get_mut("films").and_then(toml::Value::as_array_mut);
+    let (Some(films), Some(before)) = (films, before) else { return };
+    let Some(height) = before.get(HEIGHT) else { return };
+    let Some(lowest) = films.first_mut().and_then(toml::Value::as_table_mut) else { return };
+    if lowest.get("name") == before.get("name") || lowest.contains_key(HEIGHT) {
+        return;
+    }
+    lowest.insert(HEIGHT.to_owned(), height.clone());
+    let gap = lowest.remove(GAP);
+    let mut others = films.iter_mut().skip(1).filter_map(toml::Value::as_table_mut);
+    if let Some(former) = others.find(|film| film.get("name") == before.get("name")) {
+        former.remove(HEIGHT);
+        former.extend(gap.map(|gap| (GAP.to_owned(), gap)));
+    }
 }
 
 /// A number of either kind.
@@ -143,34 +254,33 @@ pub fn number(value: &toml::Value) -> Option<f64> {
 
 /// The value at the dotted `path`, if there is one.
 pub fn get<'a>(design: &'a toml::Table, path: &str) -> Option<&'a toml::Value> {
-    let path = bracketed(path);
+    let path = numbered(design, path);
     let mut parts = steps(&path)?.into_iter();
     let Some(Step::Key(first)) = parts.next() else { return None };
-    parts.try_fold(design.get(first)?, |at, step| match (at, step) {
-        (toml::Value::Table(table), Step::Key(key)) => table.get(key),
-        (toml::Value::Array(list), Step::Entry(number)) => list.get(number.checked_sub(1)?),
-        _ => None,
-    })
+    parts.try_fold(design.get(first)?, below)
 }
 
-/// The entries of lists that `settings` remove.
+/// The entries of lists that `settings`, by numbers, remove.
 pub fn removed_entries(settings: &Settings) -> impl Iterator<Item = String> {
     let removed = settings.iter().filter(|(_, value)| value.as_str() == Some(""));
     removed.map(|(path, _)| bracketed(path)).filter(|path| path.ends_with(']'))
 }
 
-/// Refuses settings that remove entries of lists, which studies alone do.
+/// Refuses settings that remove or reorder entries of lists of `design`, which studies alone do.
 ///
 /// # Errors
-/// The first entry.
-pub fn check_entries_stay(settings: &Settings) -> Result<()> {
-    match removed_entries(settings).next() {
-        Some(entry) => bail!(
-            "{entry}: expected a value, got \"\"; studies alone take entries of lists away, here \
-             the design file does"
-        ),
-        None => Ok(()),
+/// The first such key.
+pub fn check_entries_stay(design: &toml::Table, settings: &Settings) -> Result<()> {
+    let settings = settings_by_number(design, settings);
+    let removed: Vec<String> = removed_entries(&settings).collect();
+    for (key, value) in &settings {
+        ensure!(
+            !removed.contains(key) && order(design, key, value)?.is_none(),
+            "{key}: expected a value, got {value}; studies alone take entries of lists away or \
+             reorder them, here the design file does"
+        );
     }
+    Ok(())
 }
 
 /// True where the dotted key `outer` is `inner` or holds it.
@@ -199,6 +309,75 @@ mod tests {
         let settings = settings.map(|(key, value)| (key.to_owned(), value)).into();
         set_all(&mut design, &settings).expect("set");
         assert_eq!(design, toml::from_str("[[films]]\na = [3, 5]\nb = 7").expect("valid"));
+    }
+
+    /// A stack of four films, the lowest at 5 mm, with `settings`.
+    fn stack(settings: &str) -> Result<toml::Table> {
+        let mut design: toml::Table = toml::from_str(
+            "films = [{name = \"plate\", z_mm = 5}, {name = \"a-1\", gap_mm = 0.1}, \
+             {name = \"b\", gap_mm = 0.2, top = {angle_deg = 90}}, {name = \"c\"}]",
+        )?;
+        set_all(&mut design, &toml::from_str(settings)?)?;
+        Ok(design)
+    }
+
+    #[test]
+    fn films_are_named_taken_away_and_put_in_order() {
+        for (settings, films) in [
+            (
+                "\"films.b.top.angle_deg\" = 60\n\"films.a-1\" = \"\"",
+                "{name = \"plate\", z_mm = 5}, {name = \"b\", gap_mm = 0.2, top = {angle_deg = 60}}, {name = \"c\"}",
+            ),
+            (
+                "films = [\"plate\", \"c\", \"a-1\"]\n\"films.c.gap_mm\" = 0.3\n\"films[2].gap_mm\" = 0.4",
+                "{name = \"plate\", z_mm = 5}, {name = \"c\", gap_mm = 0.3}, {name = \"a-1\", gap_mm = 0.4}",
+            ),
+            // The lowest of a stack has its height, whichever film it is.
+            (
+                "films = [\"a-1\", \"plate\"]",
+                "{name = \"a-1\", z_mm = 5}, {name = \"plate\", gap_mm = 0.1}",
+            ),
+            ("films = [\"c\", \"plate\"]", "{name = \"c\", z_mm = 5}, {name = \"plate\"}"),
+            (
+                "films = [\"b\", \"a-1\", \"plate\"]\n\"films.b\" = \"\"\n\"films[1].z_mm\" = 6",
+                "{name = \"a-1\", z_mm = 6}, {name = \"plate\", gap_mm = 0.1}",
+            ),
+            (
+                "\"films.plate\" = \"\"\n\"films[3]\" = \"\"",
+                "{name = \"a-1\", z_mm = 5}, {name = \"c\"}",
+            ),
+            ("films = []", ""),
+        ] {
+            let expected: toml::Table =
+                toml::from_str(&format!("films = [{films}]")).expect("TOML");
+            assert_eq!(stack(settings).expect("set"), expected, "{settings}");
+        }
+        for (settings, words) in [
+            (
+                "films = [\"plate\", \"d\"]",
+                "films: expected names of its entries (plate, a-1, b, c), got \"d\"",
+            ),
+            (
+                "\"films.d.gap_mm\" = 1",
+                "expected an entry of `films`, `films[1]` to `films[4]` (plate, a-1, b, c), got `d`",
+            ),
+            ("\"films.d\" = \"\"", "got `d`"),
+            ("\"films[5]\" = \"\"", "from 1 to 4, got 5"),
+        ] {
+            let said = stack(settings).expect_err(settings).to_string();
+            assert!(said.contains(words), "{said}");
+        }
+        let design = stack("").expect("set");
+        assert_eq!(numbered(&design, "films.b.top.x"), "films[3].top.x");
+        assert_eq!(get(&design, "films.a-1.gap_mm"), get(&design, "films[2].gap_mm"));
+        for (settings, stay) in [
+            ("\"films.b\" = \"\"", false),
+            ("films = [\"b\", \"plate\"]", false),
+            ("\"films.b.gap_mm\" = \"\"\n\"films.c\" = {name = \"d\"}", true),
+        ] {
+            let settings: Settings = toml::from_str(settings).expect("TOML");
+            assert_eq!(check_entries_stay(&design, &settings).is_ok(), stay, "{settings:?}");
+        }
     }
 
     #[test]

@@ -72,33 +72,58 @@ pub enum NumberKind {
 
 /// The numbers that the key at the dotted `path` takes; `None` where it takes none.
 pub fn number_kind(path: &str) -> Option<NumberKind> {
-    static SCHEMA: OnceLock<Value> = OnceLock::new();
-    let mut types = BTreeSet::new();
-    let path = bracketed(path).replace('[', ".[");
-    let parts: Vec<&str> = path.split('.').collect();
-    collect_types(SCHEMA.get_or_init(of_designs), &parts, &mut types);
-    let takes = |name: &str| types.contains(name);
+    let schemas = schemas_at(path);
+    let takes = |name: &str| schemas.iter().any(|schema| schema["type"] == name);
     let whole = takes("integer").then_some(NumberKind::Whole);
     if takes("number") { Some(NumberKind::Real) } else { whole }
 }
 
-/// Types of the value at the path `parts` below `schema`, of all kinds of tables.
-fn collect_types<'a>(schema: &'a Value, parts: &[&str], types: &mut BTreeSet<&'a str>) {
+/// Lengths of the lists of so many numbers that the key at the dotted `path` takes.
+pub(crate) fn list_lengths(path: &str) -> Vec<usize> {
+    let schemas = schemas_at(path);
+    let lists = schemas.into_iter().filter(|schema| is_number(&schema["items"]));
+    let lengths: BTreeSet<_> = lists.filter_map(|list| list["minItems"].as_u64()).collect();
+    lengths.into_iter().map(|length| length as usize).collect()
+}
+
+fn is_number(schema: &Value) -> bool {
+    schema["type"] == "number" || schema["type"] == "integer"
+}
+
+/// Lets texts stand where numbers do, or lists of so many numbers: formulas of a design.
+pub fn allow_formulas(schema: &mut Value) {
+    let is_list = schema.get("minItems").is_some() && is_number(&schema["items"]);
+    if is_number(schema) || is_list {
+        schema["type"] = serde_json::json!([schema["type"], "string"]);
+    }
+    match schema {
+        Value::Object(map) => map.values_mut().for_each(allow_formulas),
+        Value::Array(list) => list.iter_mut().for_each(allow_formulas),
+        _ => {}
+    }
+}
+
+/// Schemas of the value at the dotted `path`, of all kinds of tables.
+fn schemas_at(path: &str) -> Vec<&'static Value> {
+    static SCHEMA: OnceLock<Value> = OnceLock::new();
+    let mut schemas = Vec::new();
+    let path = bracketed(path).replace('[', ".[");
+    let parts: Vec<&str> = path.split('.').collect();
+    collect_schemas(SCHEMA.get_or_init(of_designs), &parts, &mut schemas);
+    schemas
+}
+
+fn collect_schemas<'a>(schema: &'a Value, parts: &[&str], schemas: &mut Vec<&'a Value>) {
     for key in ["anyOf", "oneOf", "allOf"] {
         let kinds = schema[key].as_array().into_iter().flatten();
-        kinds.for_each(|kind| collect_types(kind, parts, types));
+        kinds.for_each(|kind| collect_schemas(kind, parts, schemas));
     }
     let Some((part, rest)) = parts.split_first() else {
-        let own = &schema["type"];
-        types.extend(
-            own.as_str()
-                .into_iter()
-                .chain(own.as_array().into_iter().flatten().filter_map(Value::as_str)),
-        );
+        schemas.push(schema);
         return;
     };
     for below in [schema["properties"].get(part), schema.get("items")].into_iter().flatten() {
-        collect_types(below, rest, types);
+        collect_schemas(below, rest, schemas);
     }
 }
 

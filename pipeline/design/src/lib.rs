@@ -29,11 +29,13 @@
 //! | [`spectrum`], [`material`] | wavelengths and their weights; indices from files |
 //! | [`shapes`] | generating curves as the tracer's shapes |
 //! | [`dotted_keys`] | keys of a design by path, set by studies and searches |
+//! | [`formulas`] | numbers that are sums and products of numbers and keys |
 //! | [`json_schema`] | JSON Schema for editors, Python and the reference |
 
 mod check;
 pub mod dotted_keys;
 pub mod error;
+pub mod formulas;
 pub mod json_schema;
 pub mod material;
 pub mod resolve;
@@ -121,8 +123,10 @@ pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Design, ConfigErro
             return Err(wrong(format!("{key}: removed: {reason}")));
         }
     }
+    let numbers = formulas::numbers(&written)
+        .map_err(|(key, message)| wrong(toml_errors::at_key(text, &key, &message)))?;
     let mut raw: schema::Design =
-        toml_errors::read(text, &schema::tagged_tables()).map_err(wrong)?;
+        toml_errors::read_with(text, &schema::tagged_tables(), &numbers).map_err(wrong)?;
     resolve::defaults::derive(&mut raw, &written);
     let asks_for_bands = written.contains_key("hybrid");
     Design::resolve(&raw, (file, text), folder, asks_for_bands)

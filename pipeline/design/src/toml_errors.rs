@@ -12,6 +12,7 @@ use toml::de::{DeTable, DeValue};
 use runtime::control_characters::refusal;
 use runtime::serde_messages::{key, plain};
 
+use super::dotted_keys::{Step, steps};
 use super::tagged::{Complaint, TaggedTable, is_inserted};
 
 /// Most characters of a word that are shown.
@@ -22,16 +23,59 @@ const MAX_SHOWN: usize = 16;
 /// # Errors
 /// The complaint about it, with line and column, both from 1, and the key whose value is at fault.
 pub fn read<T: DeserializeOwned>(text: &str, tagged: &[TaggedTable]) -> Result<T, String> {
+    read_with(text, tagged, &[])
+}
+
+/// The same with `values` in place of those at some keys, each as TOML.
+pub(super) fn read_with<T: DeserializeOwned>(
+    text: &str,
+    tagged: &[TaggedTable],
+    values: &[(String, String)],
+) -> Result<T, String> {
     // `2e6` may be meant for either kind of number. `3.0` is a real one, and names of set-ups keep it;
     // where a key takes whole numbers alone it is one.
-    read_as(text, tagged, |text| text.contains(['e', 'E']))
-        .or_else(|first| read_as(text, tagged, |_| true).map_err(|_| first))
+    read_as(text, tagged, values, |text| text.contains(['e', 'E']))
+        .or_else(|first| read_as(text, tagged, values, |_| true).map_err(|_| first))
+}
+
+/// `message` on the value at the dotted `key` of `text`, with its place.
+pub(super) fn at_key(text: &str, key: &str, message: &str) -> String {
+    let mut file = DeTable::parse(text).ok();
+    let value = file.as_mut().and_then(|file| value_at(file.get_mut(), key));
+    let place = value.map_or_else(String::new, |value| at(text, &value.span()));
+    format!("{place}{key}: {message}")
+}
+
+/// The value at the dotted `key`.
+fn value_at<'a, 'i>(table: &'a mut DeTable<'i>, key: &str) -> Option<&'a mut Spanned<DeValue<'i>>> {
+    let mut steps = steps(key)?.into_iter();
+    let Some(Step::Key(first)) = steps.next() else { return None };
+    steps.try_fold(table.get_mut(first)?, |at, step| match (at.get_mut(), step) {
+        (DeValue::Table(table), Step::Key(key)) => table.get_mut(key),
+        (DeValue::Array(list), Step::Entry(number)) => list.get_mut(number.checked_sub(1)?),
+        _ => None,
+    })
+}
+
+/// `text` as TOML with `values` at some keys.
+fn parsed<'i>(
+    text: &'i str,
+    values: &'i [(String, String)],
+) -> Result<Spanned<DeTable<'i>>, toml::de::Error> {
+    let mut file = DeTable::parse(text)?;
+    for (key, value) in values {
+        if let Some(at) = value_at(file.get_mut(), key) {
+            *at.get_mut() = DeValue::parse(value)?.into_inner();
+        }
+    }
+    Ok(file)
 }
 
 /// The same with numbers taken as whole ones that are and that `may_be`.
 fn read_as<T: DeserializeOwned>(
     text: &str,
     tagged: &[TaggedTable],
+    values: &[(String, String)],
     may_be: fn(&str) -> bool,
 ) -> Result<T, String> {
     let syntax = |error: toml::de::Error| {
@@ -40,10 +84,10 @@ fn read_as<T: DeserializeOwned>(
     };
     // Keys that hold any number take whole ones too.
     let mut digits = Vec::new();
-    let mut plain = DeTable::parse(text).map_err(syntax)?;
+    let mut plain = parsed(text, values).map_err(syntax)?;
     whole_numbers(plain.get_mut(), may_be, &mut |_, whole| digits.push(whole));
     let mut whole = digits.iter();
-    let mut file = DeTable::parse(text).map_err(syntax)?;
+    let mut file = parsed(text, values).map_err(syntax)?;
     whole_numbers(file.get_mut(), may_be, &mut |value, _| {
         if let Some(Ok(number)) = whole.next().map(|digits| DeValue::parse(digits)) {
             *value = number.into_inner();

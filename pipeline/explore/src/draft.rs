@@ -23,7 +23,8 @@ pub fn set(text: &str, path: &str, new: &Json) -> Result<String> {
             let count = entries(document.as_item_mut(), list)?;
             for entry in 1..=count {
                 let one = format!("{list}[{entry}].{key}");
-                if find(document.as_item_mut(), &one)?.is_some() {
+                let stated = find(document.as_item_mut(), &one)?;
+                if stated.is_some_and(|stated| !stated.is_str()) {
                     let value = values.next().context("expected a value for every entry")?;
                     put(document.as_item_mut(), &one, &number_or_list(&one, value)?)?;
                 }
@@ -107,11 +108,23 @@ fn put(root: &mut Item, path: &str, new: &Value) -> Result<()> {
         };
     }
     match at {
+        Item::Value(old) if is_formula(old) => {
+            let formula = old.to_string();
+            let formula = formula.trim();
+            bail!(
+                "{path}: expected a number to change, got {formula}, which the text alone changes"
+            )
+        }
         Item::Value(old) => replace(old, new),
         Item::None => *at = value(new.clone()),
         _ => bail!("{path}: expected a number, got a table"),
     }
     Ok(())
+}
+
+/// True of a formula, which is a text, or a list with one.
+fn is_formula(value: &Value) -> bool {
+    value.is_str() || value.as_array().is_some_and(|list| list.iter().any(is_formula))
 }
 
 /// Puts `new` in place of `old`. A number that stays keeps how it is written, and lists of as many
@@ -172,6 +185,10 @@ mod tests {
         // What stays is written as it was.
         let one = changed("elements.shapes[*].apex_angle_deg", json!([90, 60.5]));
         assert_eq!(one, TEXT.replace("80.0", "60.5"));
+        // A formula stays, in a curve too.
+        let formula = TEXT.replace("= 90 #", "= \"10 * array.columns\" #");
+        let beside = set(&formula, "elements.shapes[*].apex_angle_deg", &json!([60.5]));
+        assert_eq!(beside.expect("set"), formula.replace("80.0", "60.5"));
         let points = "[dome]\nmeridian_mm = [\n  [0, 1.00], # top\n  [1.0, 0.5, -1e-2],\n]\n";
         let moved = set(points, "dome.meridian_mm", &json!([[0.0, 1.0], [1.25, 0.5, -0.01]]));
         assert_eq!(moved.expect("set"), points.replace("[1.0", "[1.25"));
@@ -197,8 +214,14 @@ mod tests {
             ("led.reflectance", json!(null)),
             ("elements.shapes[*].apex_angle_deg", json!([1])),
             ("elements.shapes[*].apex_angle_deg", json!([1, 2, 3])),
+            ("led.height_mm", json!(1)),
+            ("array.pitch_mm", json!(1)),
+            ("array.pitch_mm[2]", json!(1)),
+            ("array.pitch_mm", json!([1, 2])),
         ] {
-            assert!(set(TEXT, path, &new).is_err(), "{path} {new}");
+            let text = TEXT.replace("[led] # box", "[led]\nheight_mm = \"2 * led.reflectance\"");
+            let text = text.replace("[array]", "[array]\npitch_mm = [5, \"6 * led.reflectance\"]");
+            assert!(set(&text, path, &new).is_err(), "{path} {new}");
         }
         assert!(set("[a", "led.reflectance", &json!(1)).is_err());
     }

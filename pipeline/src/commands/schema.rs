@@ -5,7 +5,7 @@ use anyhow::Result;
 use clap::{Args, ValueEnum};
 use serde_json::Value;
 
-use design::json_schema::{of_designs, of_file};
+use design::json_schema::{allow_formulas, of_designs, of_file};
 use experiment::optimise::file::ProblemFile;
 use experiment::study::file::StudyFile;
 use experiment::tolerance::file::ToleranceFile;
@@ -46,7 +46,10 @@ impl InputFile {
 
 /// Prints the schema, as JSON with and without `--json`.
 pub fn run(arguments: &SchemaArgs, context: RunContext) -> Result<()> {
-    let schema = arguments.kind.schema();
+    let mut schema = arguments.kind.schema();
+    if arguments.kind == InputFile::Design {
+        allow_formulas(&mut schema);
+    }
     let text = serde_json::to_string_pretty(&schema)?;
     context.console.result(&schema, || text)
 }

@@ -74,6 +74,10 @@ pub struct VariableKeys {
     /// replaces the whole key.
     #[schemars(with = "Option<Vec<serde_json::Value>>")]
     pub choices: Option<Vec<toml::Value>>,
+    /// Value of a `key` that follows others, instead of bounds: a formula such as
+    /// `"5 * array.pitch_mm"`.
+    #[schemars(with = "Option<serde_json::Value>")]
+    pub value: Option<toml::Value>,
 }
 
 /// Quantities over the rings or over the radius.

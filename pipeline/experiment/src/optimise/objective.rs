@@ -10,7 +10,8 @@ use anyhow::{Context, Result, bail, ensure};
 use serde::{Deserialize, Serialize};
 
 use design::Design;
-use design::dotted_keys::{self, Settings};
+use design::dotted_keys::Settings;
+use design::formulas;
 use metrics::{Bounds, Estimate, figures, spread};
 use results::constraint;
 use results::figure_entry::FigureEntry;
@@ -459,7 +460,7 @@ fn registered(figure: &str) -> Cow<'_, str> {
 
 /// The number under a dotted key of a design.
 fn number_of(key: &str, file: &DesignFile) -> Result<f64> {
-    let value = dotted_keys::get(&file.table, key).and_then(dotted_keys::number);
+    let value = formulas::number_at(&file.table, key);
     value.with_context(|| format!("figure: expected a key of the design with a number, got {key}"))
 }
 

@@ -250,12 +250,9 @@ fn stage(keys: &StageKeys, variables: &Variables, design: &Design) -> Result<Sta
         "most_paths: expected at least `paths`, {paths}, got {most_paths}"
     );
     for key in keys.set.keys() {
-        ensure!(
-            !variables.all.iter().any(|variable| variable.is_set_by(key)),
-            "set: expected keys that no variable changes, got {key}"
-        );
+        ensure!(!variables.is_set(key), "set: expected keys that no variable changes, got {key}");
     }
-    check_entries_stay(&keys.set).context("set")?;
+    check_entries_stay(&variables.source.table, &keys.set).context("set")?;
     variables.source.with(&keys.set).context("set")?;
     Ok(StageSettings {
         model,

@@ -28,6 +28,14 @@ impl Range {
     /// # Errors
     /// Bounds that cross, a resolution or choices that do not fit.
     pub fn new(keys: &VariableKeys, of_key: bool) -> Result<Self> {
+        if let Some(value) = &keys.value {
+            let others = keys.from.or(keys.to).or(keys.start).or(keys.resolution);
+            ensure!(
+                keys.key.is_some() && others.is_none() && keys.choices.is_none(),
+                "value: expected a `key` alone beside it, which follows others"
+            );
+            return Ok(Self::Choices(vec![value.clone()]));
+        }
         if let Some(choices) = &keys.choices {
             ensure!(
                 of_key && keys.from.is_none() && keys.to.is_none(),
@@ -102,7 +110,10 @@ impl Range {
             Self::Between { from, to, resolution: Some(step), .. } => {
                 format!("{from} to {to} in steps of {step}")
             }
-            Self::Choices(choices) => format!("{} choices", choices.len()),
+            Self::Choices(choices) => match &choices[..] {
+                [one] => one.to_string(),
+                choices => format!("{} choices", choices.len()),
+            },
         }
     }
 

@@ -37,6 +37,61 @@ fn variables(name: &str, tables: &[&str]) -> Variables {
     Variables::new(design(name), &keys, limits("")).expect("variables")
 }
 
+/// A backlight with walls by a formula.
+fn backlight() -> DesignFile {
+    let walls = "inner_size_mm = [\"5 * array.pitch_mm\", \"4 * array.pitch_mm + 1\"]";
+    let text = design::NEW_BACKLIGHT.replace("NAME", "own");
+    let text = text.replace("inner_size_mm = [32.0, 24.0]", walls);
+    DesignFile::of_text(Path::new("own.toml"), &text).expect("TOML").0
+}
+
+fn backlight_variables(tables: &[&str]) -> Variables {
+    let keys = tables.iter().map(|text| toml::from_str(text).expect("TOML"));
+    let keys: Vec<VariableKeys> = keys.collect();
+    Variables::new(backlight(), &keys, limits("")).expect("variables")
+}
+
+#[test]
+fn walls_follow_a_pitch_that_a_search_moves() {
+    const PITCH: &str = "key = \"array.pitch_mm\"\nfrom = 6.0\nto = 12.0";
+    let variables = backlight_variables(&[PITCH]);
+    assert_eq!(variables.start().expect("a start"), [(8.0 - 6.0) / 6.0]);
+    for (coordinate, pitch_mm) in [(0.0, 6.0), (0.25, 7.5), (1.0, 12.0)] {
+        let settings = variables.settings(&[coordinate]).expect("settings");
+        let design = variables.source.with(&settings).expect("a design");
+        let expected = [2.5 * pitch_mm, 2.0 * pitch_mm + 0.5];
+        assert_eq!(design.housing_half_mm(), Some(expected), "{pitch_mm}");
+        // The search reads the same number of the design.
+        let file = DesignFile::new(
+            "own.toml".into(),
+            variables.source.table_with(&settings).expect("set"),
+        );
+        let key = "housing.inner_size_mm[2]";
+        assert_eq!(design::formulas::number_at(&file.table, key), Some(4.0 * pitch_mm + 1.0));
+    }
+
+    // A formula of the problem in place of that of the design.
+    let follows = "key = \"housing.inner_size_mm[2]\"\nvalue = \"3.5 * array.pitch_mm\"";
+    let film = "key = \"films.plate.thickness_mm\"\nfrom = 1.0\nto = 2.0";
+    let variables = backlight_variables(&[follows, PITCH, film]);
+    assert_eq!((variables.dimension(), variables.start().expect("a start").len()), (2, 2));
+    assert_eq!(variables.labels(), ["array.pitch_mm", "films.plate.thickness_mm"]);
+    assert!(
+        variables.is_set("films[1].thickness_mm") && !variables.is_set("films[2].thickness_mm")
+    );
+    let settings = variables.settings(&[0.5, 0.5]).expect("settings");
+    let design = variables.source.with(&settings).expect("a design");
+    assert_eq!(design.housing_half_mm(), Some([22.5, 15.75]));
+
+    // A key by a formula starts where the formula is, and is then free of it.
+    let walls = "key = \"housing.inner_size_mm[1]\"\nfrom = 30.0\nto = 50.0";
+    let variables = backlight_variables(&[walls]);
+    assert_eq!(variables.start().expect("a start"), [0.5]);
+    let settings = variables.settings(&[0.25]).expect("settings");
+    let design = variables.source.with(&settings).expect("a design");
+    assert_eq!(design.housing_half_mm(), Some([17.5, 16.5]));
+}
+
 const INNER: &str = "profile = \"inner_slope_deg\"\nfrom = -40.0\nto = 80.0";
 const OUTER: &str = "profile = \"outer_slope_deg\"\nfrom = 0.0\nto = 90.0";
 
@@ -72,7 +127,7 @@ fn linked_keys_move_by_one_amount() {
             "real numbers that the design states, got array.columns",
         ),
         ("keys = [\"array.pitch_mm\"]\nchoices = [4.0, 5.0]", "keys: expected them with `from`"),
-        ("key = \"films[1]\"\nchoices = [\"\", \"x\"]", "studies alone take it away"),
+        ("key = \"films[1]\"\nchoices = [\"\", \"x\"]", "studies alone take entries of lists away"),
     ] {
         let said = refused(&[text]);
         assert!(said.contains("variables[1]") && said.contains(words), "{said}");

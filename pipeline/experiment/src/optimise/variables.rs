@@ -7,7 +7,10 @@
 use anyhow::{Context, Result, bail, ensure};
 
 use design::Design;
-use design::dotted_keys::{self, Settings, bracketed, contains, number};
+use design::dotted_keys::{
+    self, Settings, bracketed, check_entries_stay, contains, number, numbered,
+};
+use design::formulas::number_at;
 use design::json_schema::{NumberKind, number_kind};
 use metrics::digits::shortest;
 use runtime::serde_arrays::List;
@@ -100,7 +103,17 @@ impl Variables {
                 );
             }
         }
+        ensure!(
+            all.iter().any(|variable| variable.count > 0),
+            "variables: expected at least one with `from` and `to`, or `choices`, got `value` alone"
+        );
         Ok(Self { source, all, limits })
+    }
+
+    /// True where the key is one of a variable.
+    pub fn is_set(&self, key: &str) -> bool {
+        let key = numbered(&self.source.table, key);
+        self.all.iter().any(|variable| variable.is_set_by(&key))
     }
 
     /// Number of coefficients of all variables.
@@ -143,6 +156,8 @@ impl Variables {
             let spline = BSpline::new(variable.count);
             let values: Vec<f64> = match (&variable.place, variable.start) {
                 (_, Some(start)) => vec![start; variable.count],
+                // A key that follows others.
+                (Place::Key(..), None) if variable.count == 0 => Vec::new(),
                 (Place::Key(key, _), None) => vec![variable.at_present(key, &self.source.table)?],
                 (Place::Height, None) => heights::of_design(&design, variable.count)?,
                 (Place::Rings(side, [first, last]), None) => {
@@ -261,7 +276,7 @@ impl Variables {
             rest = others;
             match &variable.place {
                 Place::Key(key, linked) => {
-                    let value = variable.range.value(own[0]);
+                    let value = variable.range.value(own.first().copied().unwrap_or(0.0));
                     let first = number(&value).unwrap_or(0.0);
                     let linked = linked
                         .iter()
@@ -313,9 +328,8 @@ impl Variable {
         }
     }
 
-    /// True where the key is one of this variable.
-    pub fn is_set_by(&self, key: &str) -> bool {
-        let key = bracketed(key);
+    /// True where the key, by numbers of entries, is one of this variable.
+    fn is_set_by(&self, key: &str) -> bool {
         match &self.place {
             Place::Key(own, linked) => {
                 *own == key || linked.iter().any(|(linked, _)| *linked == key)
@@ -345,7 +359,7 @@ impl Variable {
                 let place = choices.iter().position(|choice| Some(choice) == value);
                 Ok((place.unwrap_or(0) as f64 + 0.5) / choices.len() as f64)
             }
-            (Range::Between { .. }, Some(value)) => number(value)
+            (Range::Between { .. }, Some(value)) => number_at(table, key)
                 .with_context(|| format!("{key}: expected a number in the design, got {value}")),
             (Range::Between { .. }, None) => {
                 bail!("{key}: expected `start`, as the design does not state the key")
@@ -385,17 +399,18 @@ impl Variable {
 /// Keys after the first with their distances from it.
 fn distances(keys: &[String], source: &DesignFile) -> Result<Vec<(String, f64)>> {
     let stated = |key: &String| {
-        let value = dotted_keys::get(&source.table, key).and_then(number);
+        let value = number_at(&source.table, key);
         let value = value.filter(|_| number_kind(key) == Some(NumberKind::Real));
         value.with_context(|| {
             format!("expected keys of real numbers that the design states, got {key}")
         })
     };
     let first = stated(&keys[0])?;
+    let by_number = |key: &String| numbered(&source.table, key);
     let all = keys.iter().enumerate().skip(1).map(|(k, key)| {
-        let twice = keys[..k].iter().any(|other| bracketed(other) == bracketed(key));
+        let twice = keys[..k].iter().any(|other| by_number(other) == by_number(key));
         ensure!(!twice, "expected each key once, got {key} twice");
-        Ok((bracketed(key), stated(key)? - first))
+        Ok((by_number(key), stated(key)? - first))
     });
     all.collect()
 }
@@ -412,8 +427,8 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
                 Some(keys) => distances(keys, source).context("keys")?,
                 None => Vec::new(),
             };
-            let key = bracketed(key);
-            (key.clone(), Place::Key(key, linked), 1)
+            let place = Place::Key(numbered(&source.table, key), linked);
+            (bracketed(key), place, usize::from(keys.value.is_none()))
         }
         (None, Some(Profile::HeightMm)) => {
             heights::radius_mm(design)?;
@@ -444,12 +459,10 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         _ => bail!("expected one of `keys`, `key` and `profile`, got several or none"),
     };
     let range = Range::new(keys, matches!(place, Place::Key(_, _)))?;
-    let is_entry = keys.key.as_ref().is_some_and(|key| bracketed(key).ends_with(']'));
-    let mut choices = keys.choices.iter().flatten();
-    ensure!(
-        !(is_entry && choices.any(|choice| choice.as_str() == Some(""))),
-        "choices: expected values of an entry of a list, got \"\", by which studies alone take it away"
-    );
+    for value in keys.choices.iter().flatten().chain(&keys.value) {
+        let set = keys.key.iter().map(|key| (key.clone(), value.clone())).collect();
+        check_entries_stay(&source.table, &set)?;
+    }
     ensure!(
         keys.keys.is_none() || matches!(range, Range::Between { .. }),
         "keys: expected them with `from` and `to`, got them with `choices`"

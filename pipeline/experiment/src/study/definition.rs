@@ -90,7 +90,7 @@ fn designs(
     paths: Option<u64>,
 ) -> Result<(Possible, Vec<LeftOutEntry>)> {
     let (mut possible, mut impossible) = (Possible::new(), Vec::new());
-    for setup in setups::setups(file, factors)? {
+    for setup in setups::setups(file, factors, sources)? {
         if paths.is_some() {
             let key = "trace.paths";
             let sets = |level: &Level| {
@@ -129,7 +129,7 @@ fn designs(
 /// Refuses levels that move no package, also where another level states the places.
 fn check_effects(setup: &Setup, sources: &[DesignFile]) -> Result<()> {
     for source in sources {
-        let table = source.table_with(&setup.of(&source.name)?)?;
+        let table = source.table_with(&setup.of(source)?)?;
         for level in &setup.settings {
             let of_design = level.set_of.get(&source.name);
             for settings in [Some(&level.set), of_design].into_iter().flatten() {
@@ -142,7 +142,7 @@ fn check_effects(setup: &Setup, sources: &[DesignFile]) -> Result<()> {
 
 /// The design that `setup` makes of `source`.
 fn make(source: &DesignFile, setup: &Setup, paths: Option<u64>) -> Result<Design> {
-    let mut design = source.with(&setup.of(&source.name)?)?;
+    let mut design = source.with(&setup.of(source)?)?;
     if let Some(paths) = paths {
         design.trace.paths = paths;
     }
@@ -193,6 +193,80 @@ mod tests {
             load(&path, &Texts::new(), Some(7000)).expect("valid").setups[0].1[0].trace.paths,
             7000
         );
+    }
+
+    /// A study of a backlight whose walls are two formulas.
+    fn backlight(rest: &str) -> Result<Study> {
+        let folder = tempfile::tempdir()?;
+        let walls = "inner_size_mm = \"5 * array.pitch_mm\"";
+        let text = design::NEW_BACKLIGHT.replace("NAME", "own");
+        let text = text.replace("inner_size_mm = [32.0, 24.0]", walls);
+        std::fs::write(folder.path().join("own.toml"), text)?;
+        let path = folder.path().join("study.toml");
+        let head = "name = \"s\"\ndesigns = [\"own.toml\"]\nmodels = [\"geometric\"]";
+        std::fs::write(&path, format!("{head}\n{rest}"))?;
+        load(&path, &Texts::new(), None)
+    }
+
+    #[test]
+    fn studies_name_films_and_state_formulas() {
+        let study = backlight(
+            "[[factors]]\nname = \"stack\"\nkey = \"films\"\n\
+             values = [[\"plate\", \"upper_prisms\", \"lower_prisms\"], [\"upper_prisms\", \"plate\"]]\n\
+             [[factors]]\nname = \"without\"\nkey = \"films.lower_prisms\"\nvalues = [\"\"]\n\
+             [[factors]]\nname = \"pitch\"\nkey = \"array.pitch_mm\"\nvalues = [9.0, \"12 * led.size_mm[1]\"]\n\
+             [[factors]]\nname = \"thick\"\nkey = \"films.plate.thickness_mm\"\nvalues = [2.0]",
+        );
+        let study = study.expect("valid");
+        let seen = |design: &Design| -> (Vec<(String, f64)>, f64) {
+            let film = |film: &design::resolved::solids::CheckedSolid| {
+                let ([low_mm, _], _) = film.film_mm().expect("a film");
+                (film.name().to_owned(), low_mm)
+            };
+            let half_mm = design.housing_half_mm().expect("walls")[0];
+            (design.films.iter().map(film).collect(), 2.0 * half_mm)
+        };
+        let [plate, lower, upper] = ["plate", "lower_prisms", "upper_prisms"];
+        let expected: [(&[(&str, f64)], f64); 7] = [
+            (&[(plate, 5.0), (lower, 6.51), (upper, 6.72)], 40.0),
+            (&[(plate, 5.0), (upper, 6.51), (lower, 6.72)], 40.0),
+            (&[(upper, 5.0), (plate, 5.21)], 40.0),
+            (&[(plate, 5.0), (upper, 6.51)], 40.0),
+            (&[(plate, 5.0), (lower, 6.51), (upper, 6.72)], 45.0),
+            (&[(plate, 5.0), (lower, 6.51), (upper, 6.72)], 30.0),
+            (&[(plate, 5.0), (lower, 7.01), (upper, 7.22)], 40.0),
+        ];
+        assert_eq!(study.setups.len(), expected.len());
+        for ((setup, designs), (films, walls_mm)) in study.setups.iter().zip(expected) {
+            let (stack, inner_mm) = seen(&designs[0]);
+            let names: Vec<&str> = stack.iter().map(|(name, _)| name.as_str()).collect();
+            assert_eq!(
+                names,
+                films.iter().map(|film| film.0).collect::<Vec<_>>(),
+                "{}",
+                setup.name
+            );
+            let is_close = |(a, b): (&(String, f64), &(&str, f64))| (a.1 - b.1).abs() < 1e-9;
+            assert!(stack.iter().zip(films).all(is_close), "{}: {stack:?}", setup.name);
+            assert_eq!(inner_mm, walls_mm, "{}", setup.name);
+        }
+        for (text, words) in [
+            ("[base.set]\nfilms = [\"plate\", \"prisms\"]", "got \"prisms\""),
+            ("[base.set]\n\"films.prisms.gap_mm\" = 1", "got `prisms`"),
+            (
+                "[base.set]\n\"films.plate.thickness_mm\" = 1\n\"films[1]\" = \"\"",
+                "got films[1] taken away",
+            ),
+            (
+                "arrangement = \"grid\"\n[[factors]]\nname = \"a\"\nkey = \"films[2]\"\nvalues = [\"\"]\n\
+                 [[factors]]\nname = \"b\"\nkey = \"films.lower_prisms\"\nvalues = [\"\"]",
+                "got films[2] in",
+            ),
+            ("[base.set]\n\"array.pitch_mm\" = \"8 / 2\"", "array.pitch_mm: expected a number, or"),
+        ] {
+            let said = format!("{:#}", backlight(text).expect_err(text));
+            assert!(said.contains(words) && said.contains("study.toml"), "{said}");
+        }
     }
 
     #[test]

@@ -6,9 +6,12 @@ use std::collections::{BTreeMap, BTreeSet};
 use anyhow::{Result, bail, ensure};
 use serde::Serialize;
 
-use design::dotted_keys::{Settings, bracketed, contains, number, removed_entries};
+use design::dotted_keys::{
+    Settings, contains, number, numbered, removed_entries, settings_by_number,
+};
 
 use super::file::{Factor, FactorArrangement, Level, StudyFile};
+use crate::design_file::DesignFile;
 
 /// Most set-ups of one study.
 const MOST: usize = 10_000;
@@ -41,17 +44,19 @@ pub struct Setup {
 }
 
 impl Setup {
-    /// Settings of the design called `design`, with entries of lists in brackets. An entry that a level
-    /// takes away takes along what the base sets in it.
+    /// Settings of the design `source`, with entries of lists by number. An entry that a level takes
+    /// away takes along what the base sets in it.
     ///
     /// # Errors
     /// A key that is set in an entry that is taken away.
-    pub fn of(&self, design: &str) -> Result<Settings> {
+    pub fn of(&self, source: &DesignFile) -> Result<Settings> {
         let merged = |levels: &[Level]| {
             let mut all = Settings::new();
             for level in levels {
-                let own = level.set_of.get(design).into_iter().flatten();
-                all.extend(level.set.iter().chain(own).map(|(k, v)| (bracketed(k), v.clone())));
+                let own = level.set_of.get(&source.name);
+                for settings in [Some(&level.set), own].into_iter().flatten() {
+                    all.extend(settings_by_number(&source.table, settings));
+                }
             }
             all
         };
@@ -130,11 +135,12 @@ fn levels(factor: &Factor) -> Result<FactorLevels> {
 }
 
 /// Refuses a grid whose factors set the same key: the later would win silently.
-fn check_keys(factors: &[FactorLevels]) -> Result<()> {
+fn check_keys(factors: &[FactorLevels], sources: &[DesignFile]) -> Result<()> {
     let keys = |factor: &FactorLevels| -> BTreeSet<String> {
         let levels = factor.levels.iter();
         let sets = levels.flat_map(|(_, level)| level.set_of.values().chain([&level.set]));
-        sets.flat_map(|set| set.keys().map(|key| bracketed(key))).collect()
+        let keys = sets.flat_map(Settings::keys);
+        keys.flat_map(|key| sources.iter().map(move |s| numbered(&s.table, key))).collect()
     };
     for (number, factor) in factors.iter().enumerate() {
         for other in &factors[..number] {
@@ -150,8 +156,12 @@ fn check_keys(factors: &[FactorLevels]) -> Result<()> {
     Ok(())
 }
 
-/// All set-ups, the base first.
-pub fn setups(file: &StudyFile, factors: &[FactorLevels]) -> Result<Vec<Setup>> {
+/// All set-ups of the designs `sources`, the base first.
+pub fn setups(
+    file: &StudyFile,
+    factors: &[FactorLevels],
+    sources: &[DesignFile],
+) -> Result<Vec<Setup>> {
     let base = Setup {
         name: "base".to_owned(),
         levels: BTreeMap::new(),
@@ -173,7 +183,7 @@ pub fn setups(file: &StudyFile, factors: &[FactorLevels]) -> Result<Vec<Setup>> 
             }
         }
         FactorArrangement::Grid => {
-            check_keys(factors)?;
+            check_keys(factors, sources)?;
             let count = factors
                 .iter()
                 .try_fold(1usize, |n, f| n.checked_mul(f.levels.len()))
@@ -234,6 +244,11 @@ mod tests {
         toml::from_str(&text).expect("valid")
     }
 
+    fn named(name: &str) -> DesignFile {
+        let text = format!("name = \"{name}\"");
+        DesignFile::of_text("own.toml".as_ref(), &text).expect("TOML").0
+    }
+
     const TWO: &str = r#"
         [base.set]
         "mirror.reflectance" = 0.9
@@ -256,7 +271,7 @@ mod tests {
     fn one_at_a_time_and_grids_have_the_set_ups_they_should() {
         let names = |file: &StudyFile| -> Vec<String> {
             let factors = factors(file).expect("valid");
-            setups(file, &factors).expect("valid").into_iter().map(|s| s.name).collect()
+            setups(file, &factors, &[]).expect("valid").into_iter().map(|s| s.name).collect()
         };
         let one = ["base", "box = 0.8", "box = 0.9", "reading = A", "reading = B"];
         assert_eq!(names(&file(TWO)), one);
@@ -270,9 +285,9 @@ mod tests {
         let file = file(&format!(
             "{TWO}\n[[setups]]\nname = \"mine\"\nlevels = {{ reading = \"A\" }}\nset = {{ \"led.height_mm\" = 0.2 }}"
         ));
-        let all = setups(&file, &factors(&file).expect("valid")).expect("valid");
+        let all = setups(&file, &factors(&file).expect("valid"), &[]).expect("valid");
         let mine = all.last().expect("a set-up");
-        let of = |design| mine.of(design).expect("settings");
+        let of = |design| mine.of(&named(design)).expect("settings");
         let reflectance = |design| of(design)["mirror.reflectance"].as_float();
         assert_eq!((reflectance("D2"), reflectance("D3")), (Some(0.9), Some(0.5)));
         assert_eq!(of("D2").len(), 3);
@@ -287,12 +302,13 @@ mod tests {
              values = [\"\"]\n[[factors]]\nname = \"apex\"\nkey = \"films.1.top.apex_deg\"\nvalues = [90]\n\
              [[setups]]\nname = \"both\"\nlevels = { film = \"none\", apex = \"90\" }",
         );
-        let all = setups(&file, &factors(&file).expect("valid")).expect("valid");
-        let of = |name: &str| all.iter().find(|s| s.name == name).expect("a set-up").of("D1");
+        let all = setups(&file, &factors(&file).expect("valid"), &[]).expect("valid");
+        let of =
+            |name: &str| all.iter().find(|s| s.name == name).expect("a set-up").of(&named("D1"));
         let none = of("film = none").expect("settings");
         assert_eq!(none.into_keys().collect::<Vec<_>>(), ["films[2]"]);
         assert_eq!(of("apex = 90").expect("settings").len(), 2);
-        let error = all.last().expect("both").of("D1").expect_err("no film").to_string();
+        let error = all.last().expect("both").of(&named("D1")).expect_err("no film").to_string();
         assert!(error.contains("got films[2] taken away"), "{error}");
     }
 
@@ -306,7 +322,7 @@ mod tests {
             ("[[setups]]\nname = \"base\"", "twice"),
         ] {
             let file = file(text);
-            let error = factors(&file).and_then(|f| setups(&file, &f)).expect_err(text);
+            let error = factors(&file).and_then(|f| setups(&file, &f, &[])).expect_err(text);
             assert!(error.to_string().contains(word), "{error}");
         }
     }

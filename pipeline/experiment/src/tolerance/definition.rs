@@ -95,7 +95,7 @@ pub fn load(path: &Path, texts: &Texts, overrides: Overrides) -> Result<Toleranc
 fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<ToleranceAnalysis> {
     let file = head.keys.clone();
     let source = head.design("design", &file.design)?;
-    check_entries_stay(&file.set).context("set")?;
+    check_entries_stay(&source.table, &file.set).context("set")?;
     let table = source.table_with(&file.set).context("set")?;
     let source = DesignFile::new(source.path, table);
     let design = source.with(&Settings::new())?;

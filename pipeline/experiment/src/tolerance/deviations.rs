@@ -6,7 +6,8 @@ use anyhow::{Context, Result, bail, ensure};
 use nalgebra::DMatrix;
 use toml::Value;
 
-use design::dotted_keys::{self, Settings, bracketed, number};
+use design::dotted_keys::{self, Settings, bracketed, number, numbered};
+use design::formulas;
 use search::normal::Normal;
 use simulate::seeds::mix;
 
@@ -100,7 +101,7 @@ impl Deviations {
     ) -> Result<Self> {
         ensure!(!keys.is_empty(), "tolerances: expected at least one, got none");
         let one = |(k, keys): (usize, &ToleranceKeys)| {
-            tolerance(keys).with_context(|| format!("tolerances[{}]", k + 1))
+            tolerance(keys, source).with_context(|| format!("tolerances[{}]", k + 1))
         };
         let tolerances: Vec<Tolerance> = keys.iter().enumerate().map(one).collect::<Result<_>>()?;
         for (k, tolerance) in tolerances.iter().enumerate() {
@@ -210,9 +211,11 @@ impl Deviations {
                     let (key, is_share) =
                         (&offset.place, self.tolerances[offset.tolerance].relative);
                     let before = match settings.get(key).or(dotted_keys::get(&source.table, key)) {
-                        Some(value) => number(value).with_context(|| {
-                            format!("{key}: expected a number in the design, got {value}")
-                        })?,
+                        Some(value) => number(value)
+                            .or_else(|| formulas::number_at(&source.table, key))
+                            .with_context(|| {
+                                format!("{key}: expected a number in the design, got {value}")
+                            })?,
                         None => nominal.with_context(|| {
                             format!("{key}: expected `nominal`, as the design does not state it")
                         })?,
@@ -291,16 +294,16 @@ fn with_entries(key: &str, design: &toml::Table) -> Result<Vec<String>> {
     Ok((1..=entries.len()).map(of).collect())
 }
 
-fn tolerance(keys: &ToleranceKeys) -> Result<Tolerance> {
+fn tolerance(keys: &ToleranceKeys, source: &DesignFile) -> Result<Tolerance> {
     let first = one_of_keys(keys.key.as_ref(), keys.keys.as_ref())?;
     let (place, label) = match (first, keys.profile) {
         (Some(key), None) => {
             let all = keys.keys.as_deref().unwrap_or(std::slice::from_ref(key)).iter();
-            let all: Vec<String> = all.map(|key| bracketed(key)).collect();
+            let all: Vec<String> = all.map(|key| numbered(&source.table, key)).collect();
             for (k, key) in all.iter().enumerate() {
                 ensure!(!all[..k].contains(key), "keys: expected each once, got {key} twice");
             }
-            let label = all[0].clone();
+            let label = bracketed(key);
             (Place::Keys(all, keys.nominal), label)
         }
         (None, Some(side)) => (Place::Slopes(side), side.key().to_owned()),
@@ -440,7 +443,7 @@ mod tests {
         let linked = "keys = [\"led.height_mm\", \"led.offsets_mm.1.0\"]\ndeviation = 0.1";
         let linked: ToleranceKeys = toml::from_str(linked).expect("TOML");
         let all = Deviations {
-            tolerances: vec![tolerance(&linked).expect("keys")],
+            tolerances: vec![tolerance(&linked, &source).expect("keys")],
             factor: DMatrix::identity(1, 1),
         };
         let drawn = all.draw(&source, &mut Deviations::random(1)).expect("drawn");
@@ -449,7 +452,8 @@ mod tests {
         assert_eq!((a, b), (Some(1.0 + drawn[0].value), Some(2.0 + drawn[0].value)));
         assert_eq!(all.independent(&drawn).len(), 1);
         let both = "key = \"led.height_mm\"\nkeys = [\"led.height_mm\"]\ndeviation = 0.1";
-        let why = tolerance(&toml::from_str(both).expect("TOML")).expect_err("both").to_string();
+        let both = toml::from_str(both).expect("TOML");
+        let why = tolerance(&both, &source).expect_err("both").to_string();
         assert!(why.contains("`key` and `keys`, got both"), "{why}");
 
         let common = |key: &str| Tolerance { common: true, ..keys(key) };
@@ -472,7 +476,7 @@ mod tests {
         let keys = "key = \"solids[1].meridian_mm[*][*]\"\ndeviation = 0.01\nrelative = true";
         let of = |more: &str| {
             let keys: ToleranceKeys = toml::from_str(&format!("{keys}\n{more}")).expect("TOML");
-            let tolerances = vec![tolerance(&keys).expect("keys")];
+            let tolerances = vec![tolerance(&keys, &source).expect("keys")];
             let all = Deviations { tolerances, factor: DMatrix::identity(1, 1) };
             let drawn = all.draw(&source, &mut Deviations::random(1)).expect("drawn");
             let moved = all.settings(&source, &drawn).expect("numbers");
@@ -491,7 +495,8 @@ mod tests {
         let (factors, _) = of("");
         assert!(factors.windows(2).all(|pair| (pair[0] - pair[1]).abs() > 1e-6), "{factors:?}");
         let slopes = "profile = \"inner_slope_deg\"\ndeviation = 1.0\nrelative = true";
-        let why = tolerance(&toml::from_str(slopes).expect("TOML")).expect_err("slopes");
+        let slopes = toml::from_str(slopes).expect("TOML");
+        let why = tolerance(&slopes, &source).expect_err("slopes");
         assert!(why.to_string().starts_with("relative: expected `key` or `keys`"), "{why}");
     }
 
