@@ -85,7 +85,7 @@ fn rays_as_text_for_zemax_are_read() {
              size_mm = [0.02, 0.02]\nheight_mm = 0.01\nreflection = \"absorbing\"\n\
              [array]\ncolumns = 1\nrows = 1\npitch_mm = 2000.0\n[light]\nwavelength_nm = 550.0\n\
              [receiver]\nplane_height_mm = 20.0\nbin_mm = 50.0\n[trace]\npaths = 20000\n\
-             [[sources]]\nname = \"s\"\nkind = \"{kind}\"\nposition_mm = [0.0, 0.0, 1.0]\n\
+             [[sources]]\nname = \"s\"\nkind = \"file\"\nposition_mm = [0.0, 0.0, 1.0]\n\
              file = \"{file}\"\n"
         );
         std::fs::write(folder.path().join(format!("{name}.toml")), text).expect("written");

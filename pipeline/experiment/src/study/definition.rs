@@ -224,7 +224,8 @@ mod tests {
                 (film.name().to_owned(), low_mm)
             };
             let half_mm = design.housing_half_mm().expect("walls")[0];
-            (design.films.iter().map(film).collect(), 2.0 * half_mm)
+            let films = design.solids.iter().filter(|solid| solid.is_film());
+            (films.map(film).collect(), 2.0 * half_mm)
         };
         let [plate, lower, upper] = ["plate", "lower_prisms", "upper_prisms"];
         let expected: [(&[(&str, f64)], f64); 7] = [
