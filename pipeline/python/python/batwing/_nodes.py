@@ -106,13 +106,13 @@ def of_function(
     scatter: float,
 ) -> Nodes:
     """Nodes of a function of `wi` and `wo` in steps of angle; a value is the mean of its cell."""
+    rings, columns, turns = round(180.0 / scatter), round(360.0 / scatter), round(360.0 / (turn or 360.0))
+    each = 4.0 * POINT_BYTES + 2.0 * (90.0 / incidence + 1.0) * turns * VALUE_BYTES
+    _checks.memory("scatter_deg", rings * columns, each, "cells of wo")
     polar = np.append(np.arange(0.0, 88.5, incidence), 89.0)
-    azimuths = [0.0] if turn is None else [float(k * turn) for k in range(round(360.0 / turn))]
-    theta = np.asarray((np.arange(round(180.0 / scatter)) + 0.5) * scatter, dtype=np.float64)
-    phi = np.asarray(np.arange(round(360.0 / scatter)) * scatter, dtype=np.float64)
-    cells = theta.size * phi.size
-    needed = cells * (4.0 * POINT_BYTES + 2.0 * polar.size * len(azimuths) * VALUE_BYTES)
-    _checks.memory("scatter_deg", cells, needed / cells, "cells of wo")
+    azimuths = [k * (turn or 0.0) for k in range(turns)]
+    theta = np.asarray((np.arange(rings) + 0.5) * scatter, dtype=np.float64)
+    phi = np.asarray(np.arange(columns) * scatter, dtype=np.float64)
     wo = _points(theta, phi, scatter)
 
     def values(theta_deg: float, phi_deg: float, wo: Floats) -> Floats:

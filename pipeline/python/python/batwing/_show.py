@@ -77,7 +77,7 @@ def _fields(result: Any) -> list[tuple[str, str]]:
         if isinstance(value, np.ndarray):
             text = f"{value:.6g}" if value.ndim == 0 else f"{value.dtype} {value.shape}"
         elif isinstance(value, dict):
-            text = ", ".join("/".join(k) if isinstance(k, tuple) else str(k) for k in value)
+            text = ", ".join("/".join(map(str, k)) if isinstance(k, tuple) else str(k) for k in value)
         elif isinstance(value, tuple) and value and hasattr(value[0], "__dataclass_fields__"):
             text = f"{len(value)} of {type(value[0]).__name__}"
         else:
