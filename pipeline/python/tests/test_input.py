@@ -76,6 +76,7 @@ CASES: list[tuple[str, Callable[[], object], str, str]] = [
     ("unknown key", lambda: rcwa.solve_case({"periodd": 1}), "periodd", "no such key"),
     ("flat pattern", lambda: simulate.zones({}, [0, 1]), "pattern", "shape (2,)"),
     ("pattern nan", lambda: simulate.zones({}, [[0, np.nan]]), "pattern", "nan at [1, 2]"),
+    ("bright", lambda: simulate.zones({}, [[0, 1.5]]), "pattern", "1.5 at [1, 2]"),
     ("zones", lambda: simulate.zones({}, [[1]], zones=(0, 1)), "zones", "0"),
     ("packages", lambda: simulate.zones({}, [[1]], packages=5), "packages", "int 5"),  # type: ignore[arg-type]
     ("fine zones", lambda: simulate.zones({}, [[1]], model="all"), "model", "all"),  # type: ignore[arg-type]

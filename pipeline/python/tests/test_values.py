@@ -41,6 +41,16 @@ def test_a_white_wall_reflects_its_share_by_the_cosine() -> None:
     assert abs(cosine.mean() - 2 / 3) < 4.5 / np.sqrt(18 * cosine.size)
 
 
+@pytest.mark.filterwarnings("ignore::batwing.DesignWarning")
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_grids_that_reach_the_horizon_stay_on_their_side(side: float) -> None:
+    theta = np.arange(0.0, 91.0, 10.0) if side > 0.0 else np.arange(90.0, 181.0, 10.0)
+    table = wall(np.full((2, 10, PHI.size), 0.6 / np.pi), wo_theta_deg=theta)
+    albedo = table.albedo(EVERY)
+    np.testing.assert_allclose(albedo.reflected, 0.6 * (side > 0.0), rtol=1e-12)
+    np.testing.assert_allclose(albedo.transmitted, 0.6 * (side < 0.0), rtol=1e-12)
+
+
 def test_what_is_not_known_is_said_in_python_warnings(tmp_path: Path) -> None:
     with pytest.warns(batwing.DesignWarning, match="values: nothing is given .* inner side"):
         table = wall(white(0.6))
@@ -129,6 +139,20 @@ def test_rows_in_any_order_are_the_values_of_their_grid() -> None:
         np.testing.assert_array_equal(one.power, other.power)
 
 
+def test_one_row_along_the_normal_stands_for_all_azimuths() -> None:
+    azimuths, polar = np.arange(0.0, 360.0, 90.0), [0.0, 20.0, 40.0, 60.0, 80.0]
+    grid = np.meshgrid([0.0, 45.0], azimuths, polar, azimuths, indexing="ij")
+    angles = np.stack([one.ravel() for one in grid], axis=1)
+    values = 0.1 + 0.1 * np.cos(np.radians(angles[:, 2])) * (1.0 + 0.2 * (angles[:, 0] > 0.0))
+    rows = np.column_stack([angles, values])
+    again = (rows[:, 0] == 0.0) & (rows[:, 1] > 0.0) | (rows[:, 2] == 0.0) & (rows[:, 3] > 0.0)
+    with pytest.warns(batwing.DesignWarning, match="inner side"):
+        every, fewer = bsdf.from_rows(rows), bsdf.from_rows(rows[~again])
+    one, other = every.lobes(EVERY), fewer.lobes(EVERY)
+    np.testing.assert_array_equal(one.wo, other.wo)
+    np.testing.assert_array_equal(one.power, other.power)
+
+
 def test_a_file_of_the_same_values_is_the_same_surface(tmp_path: Path) -> None:
     """Klems' matrix of WINDOW by hand is long; LightTools' text holds our cells, turned by 90 degrees."""
     rows = rows_of(glossy)
@@ -180,6 +204,8 @@ BAD: list[tuple[str, Callable[[], object], str, str]] = [
     ("half", lambda: wall(HALF, wo_phi_deg=PHI[:10]), "azimuths of wo", "0 to 180"),
     ("indices", lambda: wall(white(0.6), indices=(1.0, 1.0, 1.0)), "indices", "(3,)"),
     ("index", lambda: wall(white(0.6), indices=(0.0, 1.0)), "indices", "0.0"),
+    ("grazing", lambda: wall(white(0.6), wi_theta_deg=[0.0, 90.0]), "wi", "90"),
+    ("edge", lambda: bsdf.from_rows([[0, 0, 90, 0, 0.1]]), "wo", "90"),
     ("between", lambda: wall(white(0.6), between="x"), "between", "x"),
     ("columns", lambda: bsdf.from_rows(np.zeros((2, 4))), "rows", "(2, 4)"),
     ("range", lambda: bsdf.from_rows([[0, -5, 0, 0, 0.1]]), "rows", "-5.0 at [1, 2]"),

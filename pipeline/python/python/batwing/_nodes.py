@@ -40,10 +40,19 @@ def step(key: str, value: float, whole: float) -> float:
     return found
 
 
+def _sides(theta: Floats) -> dict[bool, npt.NDArray[np.bool_]]:
+    """Where angles lie on the outer and on the inner side; 90 degrees end each side that has others."""
+    found = {}
+    if (theta < 90.0).any():
+        found[False] = theta <= 90.0
+    if (theta > 90.0).any():
+        found[True] = theta >= 90.0
+    return found
+
+
 def _halves(theta: Floats, phi: Floats, values: Floats) -> dict[bool, Half]:
     """Values apart by the side of `wo`."""
-    sides = {False: theta <= 90.0, True: theta > 90.0}
-    return {inner: (theta[own], phi, values[own]) for inner, own in sides.items() if own.any()}
+    return {inner: (theta[own], phi, values[own]) for inner, own in _sides(theta).items()}
 
 
 def of_values(values: Floats, grids: tuple[Floats, Floats, Floats, Floats]) -> Nodes:
@@ -81,16 +90,26 @@ def of_rows(rows: Floats) -> Nodes:
     for number, (theta, phi) in enumerate(incidences):
         own = rows[which.ravel() == number]
         node = nodes[float(theta), float(phi)] = {}
-        for inner in (False, True):
-            half = own[(own[:, 2] > 90.0) == inner]
-            if half.size:
-                half = half[np.lexsort((half[:, 3], half[:, 2]))]
-                node[inner] = _grid(f"rows with wi at [{theta:g}, {phi:g}]", half)
+        for inner, side in _sides(own[:, 2]).items():
+            node[inner] = _grid(f"rows with wi at [{theta:g}, {phi:g}]", own[side])
+    for pole in (0.0, 180.0):
+        along = [place for place in nodes if place[0] == pole]
+        others = {phi for theta, phi in nodes if theta != pole and (theta < 90.0) == (pole < 90.0)}
+        if len(along) == 1 and others:
+            node = nodes.pop(along[0])
+            nodes.update({(pole, phi): node for phi in others})
     return nodes
 
 
 def _grid(key: str, rows: Floats) -> Half:
-    """Sorted rows of one side as a grid."""
+    """Rows of one side as a grid; one row along the normal stands for all azimuths."""
+    along = np.isin(rows[:, 2], (0.0, 180.0))
+    if along.sum() == 1 and along.size > 1:
+        others = np.unique(rows[~along, 3])
+        repeated = np.repeat(rows[along], others.size, axis=0)
+        repeated[:, 3] = others
+        rows = np.concatenate([rows[~along], repeated])
+    rows = rows[np.lexsort((rows[:, 3], rows[:, 2]))]
     thetas, phis = np.unique(rows[:, 2]), np.unique(rows[:, 3])
     grid = np.stack(np.meshgrid(thetas, phis, indexing="ij"), axis=-1).reshape(-1, 2)
     if grid.shape != rows[:, 2:4].shape or (rows[:, 2:4] != grid).any():
@@ -166,6 +185,8 @@ def _check_azimuth(values: Callable[[float, float, Floats], Floats], wo: Floats)
 def parts(nodes: Nodes) -> list[Part]:
     """Nodes by side and transport, polar angles from the normal of each side."""
     found: list[Part] = []
+    if any(place[0] == 90.0 for place in nodes):
+        _checks.refuse("wi", "polar angles below or above 90 degrees", "90")
     for inner in (False, True):
         own = {place: node for place, node in nodes.items() if (place[0] > 90.0) == inner}
         thetas, phis = (sorted({place[axis] for place in own}) for axis in (0, 1))
@@ -183,16 +204,15 @@ def parts(nodes: Nodes) -> list[Part]:
             if phis[-1] - phis[0] >= 360.0:
                 _checks.refuse(side, "azimuths of wi below 360 degrees", phis[-1])
             cells = [_upper(side, half, below) for half in halves]
-            found.append((inner, inner != below, [_polar(t, inner) for t in thetas], phis, cells))
+            polar = [180.0 - theta if inner else theta for theta in thetas]
+            found.append((inner, inner != below, polar, phis, cells))
+    if not found:
+        _checks.refuse("wo", "polar angles below or above 90 degrees", "90")
     return found
 
 
 def _side(inner: bool) -> str:
     return "inner" if inner else "outer"
-
-
-def _polar(theta: float, inner: bool) -> float:
-    return 180.0 - theta if inner else theta
 
 
 def _upper(side: str, half: Half, below: bool) -> tuple[list[float], list[float], Floats]:

@@ -146,8 +146,8 @@ class WrittenFile:
 class Table:
     """A surface that scatters: a table of diffraction orders, or of measured cells.
 
-    Tables are made by `build`, `read`, `from_values`, `from_rows` and `from_function`. They can be pickled where they hold orders, and used from
-    several threads.
+    Tables are made by `build`, `read`, `from_values`, `from_rows` and `from_function`. They can be
+    pickled where they hold orders, and used from several threads.
     """
 
     __slots__ = ("_surface",)
@@ -414,7 +414,7 @@ def from_values(
 ) -> Table:
     """A table of BSDFs on grids of angles, with the checks of the files of other programs.
 
-    Polar angles count from the outward normal: those up to 90 degrees are on the outer side, those
+    Polar angles count from the outward normal: those below 90 degrees are on the outer side, those
     above on the inner side. Where `wi` and `wo` are on one side, the value belongs to reflection, else
     to transmission; what is left out scatters nothing, or follows by reciprocity as in files. A value
     holds half-way to its neighbours in `wo`. Between directions of `wi` powers are interpolated.
@@ -467,8 +467,9 @@ def from_rows(
     Parameters
     ----------
     rows : array_like, shape (n, 5)
-        Polar angle and azimuth of `wi`, those of `wo`, and the BSDF in 1/sr. For each direction of
-        `wi`, the rows of one side of `wo` have each of their polar angles at each of their azimuths.
+        Polar angle and azimuth of `wi`, those of `wo`, and the BSDF in 1/sr, in any order. For each
+        direction of `wi`, the rows of one side of `wo` have each of their polar angles at each of
+        their azimuths. Along the normal one azimuth stands for all, of `wi` and of `wo`.
     """
     return _of_nodes(_nodes.of_rows(_checks.floats("rows", rows)), indices, between)
 

@@ -25,6 +25,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal, Union, get_args
 
+import numpy as np
 import numpy.typing as npt
 
 from . import _checks, _native, _progress
@@ -387,6 +388,10 @@ def _levels(key: str, value: Levels, texts: dict[str, str]) -> str:
     levels = _checks.floats(key, value)
     if levels.ndim != 2:
         _checks.refuse(key, "levels of shape (rows, columns)", _checks.describe(levels))
+    outside = np.argwhere((levels < 0.0) | (levels > 1.0))
+    if outside.size:
+        place = tuple(outside[0])
+        _checks.refuse(key, "levels from 0 to 1", f"{levels[place]} at {_checks.entry(*place)}")
     name = f"{key}.csv"
     texts[name] = "\n".join(",".join(map(repr, row)) for row in levels.tolist())
     return name
