@@ -57,16 +57,16 @@ def _halves(theta: Floats, phi: Floats, values: Floats) -> dict[bool, Half]:
 
 def of_values(values: Floats, grids: tuple[Floats, Floats, Floats, Floats]) -> Nodes:
     """Nodes of an array over polar angles and azimuths of `wi` and `wo`."""
+    if (values < 0.0).any():
+        place = np.unravel_index(int(np.argmin(values)), values.shape)
+        got = f"{float(values[place])} at {_checks.entry(*place)}"
+        _checks.refuse("values", "numbers of at least 0", got)
     wi_theta, wi_phi, wo_theta, wo_phi = grids
     if values.ndim == 3:
         values = values[:, np.newaxis]
     shape = tuple(grid.size for grid in grids)
     if values.shape != shape:
         _checks.refuse("values", f"an array of shape {shape}", _checks.describe(values))
-    if (values < 0.0).any():
-        place = np.unravel_index(int(np.argmin(values)), shape)
-        got = f"{float(values[place])} at {_checks.entry(*place)}"
-        _checks.refuse("values", "numbers of at least 0", got)
     return {
         (float(theta), float(phi)): _halves(wo_theta, wo_phi, values[i, j])
         for i, theta in enumerate(wi_theta)

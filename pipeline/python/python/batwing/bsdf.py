@@ -396,10 +396,10 @@ def read(
 def _between(indices: Sequence[float], between: LobeMotion) -> tuple[float, float, bool]:
     """Index of the inner and the outer side, and whether lobes are shifted."""
     both = _checks.floats("indices", indices)
-    if both.shape != (2,):
-        _checks.refuse("indices", "those of the inner and the outer side", _checks.describe(both))
-    inner, outer = (_checks.length("indices", float(n)) for n in both)
-    return inner, outer, _checks.choice("between", between, get_args(LobeMotion)) == "shifted"
+    if both.shape != (2,) or both.min() <= 0.0:
+        _checks.refuse("indices", "two numbers above 0, of the inner and the outer side", str(both))
+    shifted = _checks.choice("between", between, get_args(LobeMotion)) == "shifted"
+    return float(both[0]), float(both[1]), shifted
 
 
 def from_values(
