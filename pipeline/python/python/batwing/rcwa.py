@@ -339,6 +339,7 @@ def solve(
     >>> round(float(rcwa.solve(glass, 0.55, orders=2).total_reflected), 6)
     0.04
     """
+    _checks.instance("grating", grating, Grating, "a batwing.rcwa.Grating")
     theta, phi = _direction(theta_deg, phi_deg)
     polarisation = _chosen(polarisation, polarization, "unpolarised", get_args(Polarisation))
     side = _checks.choice("side", side, get_args(Side))
@@ -677,6 +678,7 @@ def hemisphere(
     batwing.InputError
         An argument out of its range, more orders than fit into memory.
     """
+    _checks.instance("grating", grating, Grating, "a batwing.rcwa.Grating")
     wavelength = _checks.length("wavelength_um", wavelength_um)
     kx_per_zone = _checks.whole("kx_per_zone", kx_per_zone, 1, 4096)
     threads = _checks.threads(threads)
@@ -820,6 +822,7 @@ def near_field(
     batwing.InputError
         An argument out of its range; too many points.
     """
+    _checks.instance("grating", grating, Grating, "a batwing.rcwa.Grating")
     wavelength = _checks.length("wavelength_um", wavelength_um)
     theta, phi = _checks.number("theta_deg", theta_deg), _checks.number("phi_deg", phi_deg)
     theta, phi = (float(a) for a in _direction(theta, phi))
@@ -885,6 +888,8 @@ def solve_case(
     """
     if isinstance(case, Mapping):
         name, text = "case", json.dumps(_checks.plain("case", case))
+    elif not isinstance(case, (str, os.PathLike)):
+        _checks.refuse("case", "the path of a file or a dict", _checks.describe(case))
     else:
         name, text = os.fspath(case), _checks.text(case)
     solved: dict[str, Any] = json.loads(_native.solve_case(name, text, _checks.threads(threads)))
