@@ -6,8 +6,8 @@
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::{Bloch, Pol, Side, Truncation, no_progress, solve_line};
 
-use batwing_tests::boundary_integral::{Fineness, Grating};
 use batwing_tests::solver_comparison::{KX0, RINGS, ring};
+use gratings::boundary_integral::{Fineness, Grating};
 use gratings::grating::{Efficiencies, solve};
 use gratings::grating_case::{Accuracy, Case, Polarization, Structure};
 

@@ -13,8 +13,13 @@
 
 use super::error::IntegralError;
 use super::outline::{Outline, Shape, height};
-use super::sides::{direction, following, length};
+use super::sides::following;
+use full_wave::Curve;
 use std::f64::consts::{PI, TAU};
+
+/// Corners that turn by this, in radians, get all their nodes, others fewer, down to this share.
+const SHARP: f64 = PI / 4.0;
+const LEAST_SHARE: f64 = 0.4;
 
 /// How finely the surface is resolved.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +27,8 @@ pub struct Fineness {
     /// Nodes per wavelength of the denser medium where they are sparsest, in the middle of a side;
     /// above 4.
     pub per_wavelength: f64,
-    /// Nodes on every side beyond that, for its two corners; twice as many on a smooth surface.
+    /// Nodes on every side beyond that, for its two corners, fewer at blunt ones; twice as many on a
+    /// smooth surface.
     pub at_corners: usize,
     /// How strongly nodes crowd at corners: places near one go as the `grading`-th power of the
     /// parameter; 2 to 12.
@@ -69,7 +75,7 @@ pub(super) struct Node {
     pub offset: [f64; 2],
     pub origin: usize,
     pub lap: i32,
-    /// Number of the straight side; sides have no curvature.
+    /// Number of the side between two corners.
     pub side: Option<usize>,
     /// Length per parameter, |dx/ds|.
     pub speed: f64,
@@ -134,19 +140,41 @@ impl Nodes {
         Self { period, origins: vec![[0.0; 2]], list }
     }
 
-    fn graded(corners: &[[f64; 2]], period: f64, per_length: f64, fineness: Fineness) -> Self {
-        let length = |i: usize| length(corners[i], following(corners, period, i));
+    fn graded(
+        corners: &[([f64; 2], f64)],
+        period: f64,
+        per_length: f64,
+        fineness: Fineness,
+    ) -> Self {
+        let origins: Vec<[f64; 2]> = corners.iter().map(|corner| corner.0).collect();
+        // Relative to the corner that it begins at, and seen from the other.
+        let arc = |i: usize, sense: f64| {
+            let (from, to) = (origins[i], following(&origins, period, i));
+            let across = [sense * (to[0] - from[0]), sense * (to[1] - from[1])];
+            Curve::between([0.0; 2], across, sense * corners[i].1)
+        };
+        let sides = corners.len();
+        let length = |i: usize| arc(i, 1.0).1;
+        let turn = |i: usize| {
+            let (before, length) = arc((i + sides - 1) % sides, 1.0);
+            let (into, out_of) = (before.tangent(length), arc(i, 1.0).0.tangent(0.0));
+            (into[0] * out_of[0] + into[1] * out_of[1]).clamp(-1.0, 1.0).acos()
+        };
+        // Of many sides that make a curve each needs fewer nodes.
+        let at_corners = |i: usize| {
+            let sharpness = turn(i).max(turn((i + 1) % sides)) / SHARP;
+            (fineness.at_corners as f64 * sharpness.clamp(LEAST_SHARE, 1.0)).ceil() as usize
+        };
         // In the middle of a side nodes are half as dense as on average.
         let mut counts: Vec<usize> = (0..corners.len())
-            .map(|i| (2.0 * per_length * length(i)).ceil() as usize + fineness.at_corners)
+            .map(|i| (2.0 * per_length * length(i)).ceil() as usize + at_corners(i))
             .collect();
         let total: usize = counts.iter().sum();
         counts[0] += total % 2;
         let step = TAU / (total + total % 2) as f64;
         let mut list = Vec::with_capacity(total + 1);
         for (side, &count) in counts.iter().enumerate() {
-            let [tx, tz] = direction(corners[side], following(corners, period, side));
-            let along = length(side);
+            let ((from_left, along), (from_right, _)) = (arc(side, 1.0), arc(side, -1.0));
             for i in 0..count {
                 let (from_start, from_end, slope) = grade(
                     (i as f64 + 0.5) / count as f64,
@@ -154,25 +182,25 @@ impl Nodes {
                     fineness.grading,
                 );
                 let last = side + 1 == corners.len();
-                let (origin, lap, place) = if 2 * i < count {
-                    (side, 0, along * from_start)
-                } else if last {
-                    (0, 1, -along * from_end)
+                let (origin, lap, offset) = if 2 * i < count {
+                    (side, 0, from_left.point(along * from_start))
                 } else {
-                    (side + 1, 0, -along * from_end)
+                    let offset = from_right.point(along * from_end);
+                    if last { (0, 1, offset) } else { (side + 1, 0, offset) }
                 };
+                let [tx, tz] = from_left.tangent(along * from_start);
                 list.push(Node {
-                    offset: [place * tx, place * tz],
+                    offset,
                     origin,
                     lap,
                     side: Some(side),
                     speed: along * slope / (count as f64 * step),
                     normal: [-tz, tx],
-                    bend: 0.0,
+                    bend: from_left.curvature,
                 });
             }
         }
-        Self { period, origins: corners.to_vec(), list }
+        Self { period, origins, list }
     }
 
     /// Place of a node.
