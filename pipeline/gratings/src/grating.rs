@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! One grating and one incident wave: the efficiency of every order.
 //!
-//! Orders solve all cases: layers as they are. With a tolerance, `rcwa::accuracy` finds orders and slices; those
+//! Orders solve layers as they are. With a tolerance, `rcwa::accuracy` finds orders and slices; those
 //! of a dielectric relief follow its slanted walls. A relief with a given number of orders is solved
 //! on s and on 2s slices as stairs and extrapolated: an even power series in the thickness loses its
 //! first term. Boundary integrals solve, in the plane across the grooves, one surface between the

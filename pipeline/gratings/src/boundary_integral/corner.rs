@@ -81,7 +81,7 @@ mod tests {
     #[test]
     fn quadrature_misses_nothing_but_next_to_corners() {
         let outline = Outline::corners(10.0, &[[0.0, 0.0], [6.0, 4.0]]).expect("an outline");
-        let nodes = Nodes::new(&outline, 1.41, Fineness::default()).expect("nodes");
+        let nodes = Nodes::new(&outline, 1.41, Fineness::default(), 1000).expect("nodes");
         let missed = missed(&nodes);
         let from_end = |i: usize| {
             let mates = nodes.list.iter().enumerate().filter(|n| n.1.side == nodes.list[i].side);

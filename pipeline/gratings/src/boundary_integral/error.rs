@@ -81,7 +81,7 @@ pub enum IntegralError {
     },
     /// An order so near its cut-off that the Green's function does not exist in practice.
     #[error(
-        "order {order} in the {} half-space is too near its cut-off: with |kz| = {kz:.1e} k0 a contour would need more than {most} nodes; move the direction or the wavelength",
+        "order {order} in the {} half-space has |kz| = {kz:.1e} k0 and needs more than {most} nodes on a contour: expected a direction off its cut-off and a period not far below the wavelength",
         side.name()
     )]
     CutOff {
@@ -99,7 +99,7 @@ pub enum IntegralError {
     Stopped,
     /// More unknowns than are sensible.
     #[error(
-        "{nodes} nodes on the surface are more than {most}: ask for fewer per wavelength or a shorter period"
+        "{nodes} nodes on the surface are more than {most}: expected a shorter period or less relief"
     )]
     TooLarge {
         /// Nodes needed.

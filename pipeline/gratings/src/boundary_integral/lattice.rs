@@ -152,7 +152,7 @@ impl Plan {
                 if s > 1e3 * (size_of_n + (DIGITS + 1.0) / distance) {
                     return (f64::INFINITY, s);
                 }
-                s += 0.1 * scale;
+                s += (0.1 * scale).max(0.02 * s);
             }
         };
         let (growth, end) = largest(0.0);

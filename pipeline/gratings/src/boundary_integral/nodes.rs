@@ -17,6 +17,8 @@ use super::sides::following;
 use full_wave::Curve;
 use std::f64::consts::{PI, TAU};
 
+/// More nodes than any limit, of which sums do not overflow.
+const COUNTLESS: f64 = 1e12;
 /// Corners that turn by this, in radians, get all their nodes, others fewer, down to this share.
 const SHARP: f64 = PI / 4.0;
 const LEAST_SHARE: f64 = 0.4;
@@ -97,29 +99,35 @@ impl Nodes {
     /// On an outline of which lengths are multiplied by k0, with `index` that of the denser medium.
     ///
     /// # Errors
-    /// A fineness out of range.
+    /// A fineness out of range; more than `most` nodes.
     pub(super) fn new(
         outline: &Outline,
         index: f64,
         fineness: Fineness,
+        most: usize,
     ) -> Result<Self, IntegralError> {
         fineness.check()?;
         let per_length = fineness.per_wavelength * index / TAU;
-        Ok(match outline.shape() {
-            Shape::Corners(corners) => {
-                Self::graded(corners, outline.period(), per_length, fineness)
-            }
-            Shape::Fourier(coefficients) => {
-                Self::smooth(coefficients, outline.period(), per_length, fineness)
-            }
-        })
+        let period = outline.period();
+        match outline.shape() {
+            Shape::Corners(all) => Self::graded(all, period, per_length, fineness, most),
+            Shape::Fourier(all) => Self::smooth(all, period, per_length, fineness, most),
+        }
     }
 
-    fn smooth(coefficients: &[[f64; 2]], period: f64, per_length: f64, fineness: Fineness) -> Self {
+    fn smooth(
+        coefficients: &[[f64; 2]],
+        period: f64,
+        per_length: f64,
+        fineness: Fineness,
+        most: usize,
+    ) -> Result<Self, IntegralError> {
         let slope = |i: u32| height(coefficients, period, period * f64::from(i) / 1024.0)[1];
         let steepest = (0..1024).map(slope).fold(0.0, |a: f64, b| a.max(b.abs()));
         let wanted = per_length * period * steepest.hypot(1.0);
-        let count = (wanted.ceil() as usize + 2 * fineness.at_corners).next_multiple_of(2);
+        let count =
+            (wanted.min(COUNTLESS).ceil() as usize + 2 * fineness.at_corners).next_multiple_of(2);
+        check_number(count, most)?;
         let stretch = period / TAU;
         let list = (0..count)
             .map(|i| {
@@ -137,7 +145,7 @@ impl Nodes {
                 }
             })
             .collect();
-        Self { period, origins: vec![[0.0; 2]], list }
+        Ok(Self { period, origins: vec![[0.0; 2]], list })
     }
 
     fn graded(
@@ -145,7 +153,8 @@ impl Nodes {
         period: f64,
         per_length: f64,
         fineness: Fineness,
-    ) -> Self {
+        most: usize,
+    ) -> Result<Self, IntegralError> {
         let origins: Vec<[f64; 2]> = corners.iter().map(|corner| corner.0).collect();
         // Relative to the corner that it begins at, and seen from the other.
         let arc = |i: usize, sense: f64| {
@@ -167,9 +176,10 @@ impl Nodes {
         };
         // In the middle of a side nodes are half as dense as on average.
         let mut counts: Vec<usize> = (0..corners.len())
-            .map(|i| (2.0 * per_length * length(i)).ceil() as usize + at_corners(i))
+            .map(|i| (2.0 * per_length * length(i)).min(COUNTLESS).ceil() as usize + at_corners(i))
             .collect();
         let total: usize = counts.iter().sum();
+        check_number(total, most)?;
         counts[0] += total % 2;
         let step = TAU / (total + total % 2) as f64;
         let mut list = Vec::with_capacity(total + 1);
@@ -200,7 +210,7 @@ impl Nodes {
                 });
             }
         }
-        Self { period, origins, list }
+        Ok(Self { period, origins, list })
     }
 
     /// Place of a node.
@@ -228,6 +238,12 @@ impl Nodes {
             },
         )
     }
+}
+
+/// # Errors
+/// More than `most` nodes.
+fn check_number(nodes: usize, most: usize) -> Result<(), IntegralError> {
+    if nodes > most { Err(IntegralError::TooLarge { nodes, most }) } else { Ok(()) }
 }
 
 /// Kress's grading w = v^p/(v^p + v̄^p) at a share `t` of a side, `rest` = 1 - t: w, 1 - w and
@@ -279,7 +295,7 @@ mod tests {
     #[test]
     fn graded_nodes_cover_every_side_and_keep_distances_across_a_corner() {
         let outline = Outline::corners(10.0, &[[0.0, 0.0], [7.0, 3.0]]).expect("an outline");
-        let nodes = Nodes::new(&outline, 1.41, Fineness::default()).expect("nodes");
+        let nodes = Nodes::new(&outline, 1.41, Fineness::default(), 1000).expect("nodes");
         let step = TAU / nodes.list.len() as f64;
         for (side, length) in [58_f64.sqrt(), 18_f64.sqrt()].into_iter().enumerate() {
             let of_side = nodes.list.iter().filter(|n| n.side == Some(side));

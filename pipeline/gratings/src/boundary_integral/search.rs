@@ -22,8 +22,8 @@ const FIRST_FALL: f64 = 0.75;
 const ROUNDING: f64 = 1e-10;
 /// Steps after which the changes of the last two tell how they go on.
 const SURE: usize = 3;
-/// Most nodes: a matrix of 4000 rows.
-const MOST_SEARCHED: usize = 2000;
+/// Most nodes: a matrix of 3200 rows.
+const MOST_SEARCHED: usize = 1600;
 
 /// The finest solution of a search.
 #[derive(Clone, Debug)]
@@ -36,7 +36,7 @@ pub struct Converged {
 
 impl Grating {
     /// Solves as [`Grating::solve`] with more and more nodes until the error is within the tolerance, or
-    /// will not come there with 2000 of them.
+    /// will not come there with 1600 of them.
     ///
     /// # Errors
     /// As [`Grating::solve`]; [`IntegralError::Stopped`] if `progress` says so.
@@ -46,7 +46,8 @@ impl Grating {
         tolerance: f64,
         progress: &Progress<'_>,
     ) -> Result<Converged, IntegralError> {
-        let mut best = Converged { solution: self.solve(kx0, FIRST)?, error: f64::INFINITY };
+        let solution = self.solve_within(kx0, FIRST, MOST_SEARCHED)?;
+        let mut best = Converged { solution, error: f64::INFINITY };
         let (mut change, mut factor) = (f64::INFINITY, 1.0);
         for step in 1.. {
             factor *= STEP;

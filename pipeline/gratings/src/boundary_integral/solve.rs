@@ -83,7 +83,17 @@ impl Grating {
     /// # Errors
     /// A wavevector that is not finite, an order next to its cut-off, too many nodes.
     pub fn solve(&self, kx0: f64, fineness: Fineness) -> Result<Solution, IntegralError> {
-        Ok(Problem::new(self, kx0, fineness)?.solve())
+        self.solve_within(kx0, fineness, MOST_NODES)
+    }
+
+    /// As [`Grating::solve`] with so many nodes at most.
+    pub(super) fn solve_within(
+        &self,
+        kx0: f64,
+        fineness: Fineness,
+        most: usize,
+    ) -> Result<Solution, IntegralError> {
+        Ok(Problem::new(self, kx0, fineness, most)?.solve())
     }
 
     /// As [`Grating::solve`], and again with 1.5 times as many nodes. The finer solution and the
@@ -119,16 +129,19 @@ struct Problem {
 }
 
 impl Problem {
-    fn new(grating: &Grating, kx0: f64, fineness: Fineness) -> Result<Self, IntegralError> {
+    fn new(
+        grating: &Grating,
+        kx0: f64,
+        fineness: Fineness,
+        most: usize,
+    ) -> Result<Self, IntegralError> {
         if !kx0.is_finite() {
             return Err(IntegralError::Wavevector { got: kx0 });
         }
         let outline = grating.outline.scaled(TAU / grating.wavelength);
         let index = grating.index;
-        let nodes = Nodes::new(&outline, index[0].norm().max(index[1].norm()), fineness)?;
-        if nodes.list.len() > MOST_NODES {
-            return Err(IntegralError::TooLarge { nodes: nodes.list.len(), most: MOST_NODES });
-        }
+        let densest = index[0].norm().max(index[1].norm());
+        let nodes = Nodes::new(&outline, densest, fineness, most)?;
         let (low, high) = nodes.extent();
         let place = Place { period: outline.period(), low, high };
         let spacing = TAU / place.period;
@@ -254,7 +267,8 @@ impl Problem {
             }
         }
         let leaving = [&projections[0] * fields, &projections[1] * &below];
-        let power = |side: usize, order: &Order| (order.kz / weights[side]).re;
+        // Adding zero makes the -0 of metals without loss a 0.
+        let power = |side: usize, order: &Order| (order.kz / weights[side]).re + 0.0;
         let incident: Vec<f64> = self.waves().map(|(side, order)| power(side, order)).collect();
         let top = self.orders[0].len();
         Mat::from_fn(top + self.orders[1].len(), incident.len(), |to, from| {
