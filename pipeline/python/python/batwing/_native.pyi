@@ -124,7 +124,7 @@ class Interface:
         tuple[_ComplexHalf, _ComplexHalf] | None,
         float,
         int,
-        tuple[int, int, float | None],
+        tuple[int, int, int, float | None],
         str | None,
     ]: ...
     def hemisphere(

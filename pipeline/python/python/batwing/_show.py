@@ -292,8 +292,10 @@ def solution_dataset(value: Solution) -> Any:
     attributes = {
         "polarisation": value.polarisation,
         "side": value.side,
+        "method": value.method,
         "orders": value.orders,
         "slices": value.slices,
+        "nodes": value.nodes,
         "energy_residual": value.energy_residual,
     }
     if value.estimated_error is not None:
