@@ -505,7 +505,34 @@ impl<'a, 't, L: Light, R: Rng, O: Observer> Walk<'_, 'a, 't, L, R, O> {
         let direction = self.path.ray.direction;
         let in_world = || *point + self.tracer.scene.position(hit.instance);
         let optics = patch.optics.at(in_world, self.rng);
+        if hit.surface.shape.is_smooth()
+            && let Some(event) = self.scatter_smoothly(hit, optics, (*point, *normal))
+        {
+            return event;
+        }
         scatter(hit, optics, direction, *point, *normal, self.light, self.rng)
+    }
+
+    /// The same by the smooth normal of a mesh; `None` where that would send the light through the face
+    /// itself.
+    #[cold]
+    #[inline(never)]
+    fn scatter_smoothly(
+        &mut self,
+        hit: &Hit<'_>,
+        optics: &SurfaceModel,
+        (point, normal): (DVec3, DVec3),
+    ) -> Option<ScatterEvent> {
+        let direction = self.path.ray.direction;
+        let smooth = hit.surface.shape.shading(point, hit.primitive, normal);
+        (smooth.dot(direction) * hit.side.sign() < 0.0).then_some(())?;
+        let before = *self.light;
+        let event = scatter(hit, optics, direction, point, smooth, self.light, self.rng);
+        if event.sound(normal) {
+            return Some(event);
+        }
+        *self.light = before;
+        None
     }
 
     /// Takes from the path what the surface does not send on.

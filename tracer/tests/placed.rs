@@ -12,7 +12,9 @@ use crate::common::placed::{at, brick, disc, in_furnace, turned};
 use crate::common::*;
 use bsdf::Side;
 use tracer::glam::{DMat3, DVec3};
-use tracer::shape::{Bounds, Clip, Closing, Element, Extent, Foot, Placement, Plane, Reach, Sides};
+use tracer::shape::{
+    Bounds, Clip, Closing, Element, Extent, Foot, Mesh, Placement, Plane, Reach, Sides,
+};
 use tracer::{
     Emission, Emitter, Fate, Interaction, Medium, Meridian, Observer, Prototype, Ray, Region,
     SceneBuilder, Settings, Shape, Source, Surface, SurfaceModel, random, trace_observed,
@@ -176,31 +178,29 @@ fn solid(name: &str, shape: Shape, inner: Region, outer: Region, optics: &Surfac
     Surface::new(name, shape, inner, outer, optics)
 }
 
-#[test]
-fn a_ball_lens_anywhere_bends_rays_as_snell_says() {
-    let (index, radius) = (1.7, 0.4);
-    let centre = DVec3::new(0.7, -0.3, 1.1);
-    let place = at(centre.to_array(), turned(), 0.0);
+/// Index and radius of a ball lens, the point in front of it from whose axis heights count.
+const LENS: (f64, f64) = (1.7, 0.4);
+const FAR: DVec3 = DVec3::new(0.7, -0.3, -5.0);
+
+fn middle_of_lens() -> Placement {
+    at([0.7, -0.3, 1.1], turned(), 0.0)
+}
+
+/// Light parallel to the axis at heights up to nine tenths of the radius through the lens `shape`.
+fn through_lens(shape: Shape) -> Through {
+    let (index, radius) = LENS;
     let lens = Prototype {
         media: vec![Medium::clear("glass", index)],
-        surfaces: vec![solid(
-            "ball",
-            ball(radius, &place),
-            BODY,
-            Region::World,
-            &SurfaceModel::Interface,
-        )],
+        surfaces: vec![solid("ball", shape, BODY, Region::World, &SurfaceModel::Interface)],
         sources: Vec::new(),
     };
     let mut scene = SceneBuilder::new(Medium::air());
     let id = scene.prototype(lens);
     scene.place(id, DVec3::ZERO);
-    let far = DVec3::new(0.7, -0.3, -5.0);
-    scene.source(Source::new("lamp", far, Region::World, Emitter::Point, Emission::Isotropic));
+    scene.source(Source::new("lamp", FAR, Region::World, Emitter::Point, Emission::Isotropic));
     let scene = scene.build().unwrap();
     let mut through = Through::default();
     let mut number = 0;
-    // Parallel to the axis at heights up to nine tenths of the radius.
     let aim = |ray: Ray| {
         number += 1;
         let height = 0.9 * radius * f64::from(number % 100) / 100.0;
@@ -208,19 +208,83 @@ fn a_ball_lens_anywhere_bends_rays_as_snell_says() {
     };
     trace_observed(&scene, &Settings::new(2000, 3), aim, &mut through).unwrap();
     assert!(through.seen.len() > 1000);
-    for (start, direction) in &through.seen {
-        let height = (*start - far).length();
+    through
+}
+
+/// Heights, and how far each direction is off that by Snell's law.
+fn errors_of_lens(through: &Through) -> Vec<(f64, f64)> {
+    let (index, radius) = LENS;
+    let error = |(start, direction): &(DVec3, DVec3)| {
+        let height = (*start - FAR).length();
         let sin = height / radius;
         let turn = 2.0 * (sin.asin() - (sin / index).asin());
         let expected = DVec3::new(-0.6 * turn.sin(), -0.8 * turn.sin(), turn.cos());
-        assert!((*direction - expected).length() < 1e-10, "{height}");
         // Near the axis it crosses it at n R/(2 (n - 1)) from the middle.
         if height > 0.0 && height < 0.02 * radius {
             let focus = index * radius / (2.0 * (index - 1.0));
             let back = height * (turn - sin.asin()).cos() / turn.tan();
             assert!((back / focus - 1.0).abs() < 2e-3, "{back} {focus}");
         }
+        (height, (*direction - expected).length())
+    };
+    through.seen.iter().map(error).collect()
+}
+
+#[test]
+fn a_ball_lens_anywhere_bends_rays_as_snell_says() {
+    let through = through_lens(ball(LENS.1, &middle_of_lens()));
+    for (height, error) in errors_of_lens(&through) {
+        assert!(error < 1e-10, "{height}: {error}");
     }
+}
+
+/// A ball of triangles between circles of latitude and longitude, `sides` around.
+fn meshed_ball(radius: f64, sides: usize) -> Mesh {
+    let rings = sides / 2;
+    let point = |ring: usize, side: usize| {
+        let theta = PI * ring as f64 / rings as f64;
+        let phi = 2.0 * PI * (side % sides) as f64 / sides as f64;
+        let ends = ring == 0 || ring == rings;
+        let across = if ends { 0.0 } else { theta.sin() };
+        radius * DVec3::new(across * phi.cos(), across * phi.sin(), theta.cos())
+    };
+    let mut triangles = Vec::new();
+    for (ring, side) in (0..rings).flat_map(|ring| (0..sides).map(move |side| (ring, side))) {
+        let [a, b] = [side, side + 1].map(|side| point(ring, side));
+        let [c, d] = [side, side + 1].map(|side| point(ring + 1, side));
+        if ring > 0 {
+            triangles.push([a, c, b]);
+        }
+        if ring + 1 < rings {
+            triangles.push([b, c, d]);
+        }
+    }
+    let patches = vec![0; triangles.len()];
+    Mesh::welded(&triangles, &patches).expect("a ball")
+}
+
+/// A mesh with smooth normals against the ball: root mean squares of what directions are off.
+#[test]
+fn smooth_normals_bend_rays_as_the_ball_does() {
+    let rms = |mesh: Mesh| {
+        let placement = middle_of_lens();
+        let shape = Shape::placed(vec![Shape::mesh(mesh)], Closing::Closed, &placement).unwrap();
+        let errors = errors_of_lens(&through_lens(shape));
+        (errors.iter().map(|(_, error)| error * error).sum::<f64>() / errors.len() as f64).sqrt()
+    };
+    let [coarse, fine] = [64, 128].map(|sides| {
+        let mesh = meshed_ball(LENS.1, sides);
+        [rms(mesh.clone()), rms(mesh.clone().smoothed(20.0)), rms(mesh.smoothed(0.01))]
+    });
+    for [flat, smooth, sharp] in [coarse, fine] {
+        assert!(smooth < 0.1 * flat, "{flat} {smooth}");
+        // Edges that turn by more than the limit stay sharp.
+        assert!((sharp / flat - 1.0).abs() < 1e-6, "{flat} {sharp}");
+    }
+    // Flat faces are off by their size, smooth ones by its square.
+    let [of_flat, of_smooth] = [0, 1].map(|k| coarse[k] / fine[k]);
+    assert!((1.6..2.5).contains(&of_flat), "{of_flat} {coarse:?} {fine:?}");
+    assert!(of_smooth > 3.0, "{of_smooth} {coarse:?} {fine:?}");
 }
 
 /// A turned rod that holds a ball, which holds a turned brick; beside the ball a mirror of both

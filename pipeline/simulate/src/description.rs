@@ -462,7 +462,13 @@ fn dome(design: &Design) -> String {
     };
     let [height, width] = [dome.height_mm(), 2.0 * dome.radius_mm()].map(shortest);
     let form = match dome {
-        Dome::Mesh(mesh) => format!("mesh of {}", count(mesh.triangles, "triangle")),
+        Dome::Mesh(mesh) => {
+            let smooth = mesh
+                .smooth_deg
+                .map(|angle| format!(", smooth across edges of up to {} degrees", shortest(angle)));
+            let triangles = count(mesh.triangles, "triangle");
+            format!("mesh of {triangles}{}", smooth.unwrap_or_default())
+        }
         Dome::Meridian(curve) => format!("curve of {}", count(curve.pieces.len(), "piece")),
         Dome::Sphere(sphere) => {
             format!("sphere of radius {} mm", shortest(sphere.sphere_radius_mm))

@@ -22,6 +22,7 @@ mod crossing;
 mod packet_traversal;
 mod prefilter;
 mod section;
+mod smooth;
 mod split;
 mod topology;
 
@@ -29,7 +30,7 @@ use std::collections::HashMap;
 use std::fmt;
 
 use bsdf::Side;
-use glam::{DVec3, Vec3A};
+use glam::{DVec3, Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::builder::build_cwbvh;
@@ -84,6 +85,8 @@ pub struct Mesh {
     scale: f64,
     bounds: Bounds,
     convex: bool,
+    /// Normals at the corners of each triangle, where faces are smooth.
+    corner_normals: Option<Vec<[Vec3; 3]>>,
 }
 
 impl fmt::Debug for Mesh {
@@ -134,6 +137,7 @@ impl Mesh {
             scale,
             bounds,
             convex,
+            corner_normals: None,
         };
         // A convex solid has no crossings.
         if !convex {

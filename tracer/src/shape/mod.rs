@@ -301,6 +301,25 @@ impl Shape {
         }
     }
 
+    /// True if light is turned by other normals than those of the faces.
+    #[inline]
+    pub(crate) fn is_smooth(&self) -> bool {
+        match self {
+            Self::Mesh(mesh) => mesh.is_smooth(),
+            Self::Placed(placed) => placed.is_smooth(),
+            _ => false,
+        }
+    }
+
+    /// The unit normal by which a surface turns light at a point whose normal is `normal`.
+    pub(crate) fn shading(&self, point: DVec3, primitive: u32, normal: DVec3) -> DVec3 {
+        match self {
+            Self::Mesh(mesh) => mesh.shading(point, primitive, normal),
+            Self::Placed(placed) => placed.shading(point, primitive, normal),
+            _ => normal,
+        }
+    }
+
     /// The local frame (t, b, n) at `point`: t is the meridional tangent, outward and down, on
     /// bodies of revolution (on the axis the one at azimuth 0), down the slope on meshes, and fixed
     /// on planes and boxes.

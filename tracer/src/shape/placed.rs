@@ -270,6 +270,22 @@ impl Placed {
         (self.outwards(local), normal.normalize())
     }
 
+    #[inline]
+    pub(super) fn is_smooth(&self) -> bool {
+        self.members.iter().any(Shape::is_smooth)
+    }
+
+    pub(super) fn shading(&self, at: DVec3, primitive: u32, normal: DVec3) -> DVec3 {
+        let count = self.members.len() as u32;
+        let shape = &self.members[(primitive % count) as usize];
+        if !shape.is_smooth() {
+            return normal;
+        }
+        let own = (self.turned_back(normal) * self.scale).normalize();
+        let local = shape.shading(self.inwards(at), primitive / count, own);
+        (self.rotation * (local / self.scale)).normalize()
+    }
+
     pub(super) fn frame(&self, point: DVec3, normal: DVec3) -> Frame {
         let local = self.members[0].frame(self.inwards(point), self.turned_back(normal));
         let b = normal.cross(self.rotation * local.t).normalize();

@@ -44,6 +44,9 @@ pub(crate) fn resolve(
             Dome::Meridian(in_file(key, folder, Ends::OnBottom, at)?)
         }
         DomeForm::Mesh(mesh) => {
+            if let Some(smooth_deg) = mesh.smooth_deg {
+                at.within("dome.smooth_deg", smooth_deg, 0.0, 90.0)?;
+            }
             let mesh = dome_mesh::load(mesh, folder).map_err(|error| at.of_files(&error))?;
             if raw.elements.is_some() {
                 let expected = "no such table with dome.mesh, which is the whole surface";

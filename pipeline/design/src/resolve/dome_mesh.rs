@@ -31,7 +31,15 @@ pub(crate) fn load(raw: &MeshDome, folder: &Path) -> Result<DomeMesh> {
     let name = &raw.mesh;
     let (triangles, sha256) = triangles("dome", name, raw.mesh_unit, folder)?;
     let path = folder.join(name);
-    measured(name, sha256, triangles).with_context(|| format!("dome.mesh: `{}`", path.display()))
+    measured(raw, sha256, triangles).with_context(|| format!("dome.mesh: `{}`", path.display()))
+}
+
+/// The mesh with smooth normals, where they are asked for.
+pub(crate) fn smoothed(mesh: Mesh, smooth_deg: Option<f64>) -> Mesh {
+    match smooth_deg {
+        Some(max_deg) => mesh.smoothed(max_deg),
+        None => mesh,
+    }
 }
 
 /// The triangles of the file `mesh` of a table in millimetres, and the hash of the file.
@@ -65,7 +73,7 @@ pub(crate) fn triangles(
 }
 
 /// The solid and its measures.
-fn measured(name: &str, sha256: String, mut triangles: Vec<[DVec3; 3]>) -> Result<DomeMesh> {
+fn measured(raw: &MeshDome, sha256: String, mut triangles: Vec<[DVec3; 3]>) -> Result<DomeMesh> {
     let corners = || triangles.iter().flatten();
     let height_mm = corners().map(|corner| corner.z).fold(0.0, f64::max);
     let radius_mm = corners().map(|corner| corner.truncate().length()).fold(0.0, f64::max);
@@ -84,11 +92,12 @@ fn measured(name: &str, sha256: String, mut triangles: Vec<[DVec3; 3]>) -> Resul
     );
     let mesh = Mesh::welded(&triangles, &parts)?;
     Ok(DomeMesh {
-        file: name.to_owned(),
+        file: raw.mesh.clone(),
         sha256,
         height_mm,
         radius_mm,
         triangles: triangles.len(),
-        shape: Shape::mesh(mesh),
+        smooth_deg: raw.smooth_deg,
+        shape: Shape::mesh(smoothed(mesh, raw.smooth_deg)),
     })
 }

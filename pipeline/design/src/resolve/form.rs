@@ -199,7 +199,10 @@ impl SolidTable<'_> {
         })?;
         let file = name.clone();
         files.push(FileRecord { file, sha256 });
-        Ok((vec![Shape::mesh(mesh)], Vec::new()))
+        if let Some(smooth_deg) = stated.smooth_deg {
+            self.at.within(&self.key("smooth_deg"), smooth_deg, 0.0, 90.0)?;
+        }
+        Ok((vec![Shape::mesh(dome_mesh::smoothed(mesh, stated.smooth_deg))], Vec::new()))
     }
 
     /// Nothing lies below the bottom, and nothing farther than ten metres away.

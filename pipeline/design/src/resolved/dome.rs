@@ -83,6 +83,9 @@ pub struct DomeMesh {
     pub radius_mm: f64,
     /// Number of triangles.
     pub triangles: usize,
+    /// Largest angle between faces whose edge is smooth, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub smooth_deg: Option<f64>,
     /// Part 0 is the dome, part 1 the bottom.
     #[serde(skip)]
     pub shape: Shape,

@@ -197,10 +197,17 @@ fn dome_fields(dome: &Dome) -> Value {
             sphere_radius_mm, height_mm, radius_mm
         }),
         Dome::Meridian(meridian) => fields!(meridian => Meridian { pieces }),
-        Dome::Mesh(mesh) => fields!(mesh => DomeMesh {
-            sha256, height_mm, radius_mm;
-            file, triangles, shape
-        }),
+        Dome::Mesh(mesh) => {
+            let mut fields = fields!(mesh => DomeMesh {
+                sha256, height_mm, radius_mm;
+                smooth_deg, file, triangles, shape
+            });
+            // Flat faces have the fields of designs that cannot say otherwise.
+            if let Some(smooth_deg) = mesh.smooth_deg {
+                fields["smooth_deg"] = json!(smooth_deg);
+            }
+            fields
+        }
     }
 }
 

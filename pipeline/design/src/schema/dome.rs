@@ -87,6 +87,9 @@ pub struct MeshDome {
     pub mesh: String,
     /// Unit of the lengths in it.
     pub mesh_unit: MeshUnit,
+    /// Edges whose faces turn by at most this are smooth: light turns by normals between those of the
+    /// corners; 0 to 90 degrees. Default flat faces.
+    pub smooth_deg: Option<f64>,
 }
 
 /// Units of the lengths of a mesh, whose file does not say its own.
