@@ -51,15 +51,18 @@ def test_zones_are_what_a_direct_trace_gives(dimmed: simulate.Zones) -> None:
     np.testing.assert_array_equal(table["drive"], DRIVES.ravel())
     assert (table["row"][0], table["y_mm"][0]) == (1, 3.0)
     backlight, panel = dimmed.maps["backlight"], dimmed.maps["panel"]
-    assert backlight.values.shape == panel.values.shape == (12, 18)
+    # The map reaches half a pitch beyond the packages.
+    assert backlight.values.shape == panel.values.shape == (18, 24)
     assert [axis.name for axis in backlight.axes] == ["y", "x"] and backlight.unit == dimmed.raw["unit"]
     # Means of the map over the zones are those of the table, whose first row is the top.
-    means = backlight.values.reshape(2, 6, 3, 6).mean(axis=(1, 3))[::-1]
+    means = backlight.values[3:-3, 3:-3].reshape(2, 6, 3, 6).mean(axis=(1, 3))[::-1]
     [column] = [name for name in table if name.startswith("backlight") and "error" not in name]
     np.testing.assert_allclose(table[column], means.ravel(), rtol=1e-6)
-    # A panel passes a share from 1/5000 to 1.
-    assert (panel.values <= backlight.values * (1 + 1e-12)).all()
-    assert (panel.values >= backlight.values / 5000 * (1 - 1e-12)).all()
+    # A panel passes a share from 1/5000 to 1, and ends with the packages.
+    inside = np.s_[3:-3, 3:-3]
+    share = panel.values[inside] / backlight.values[inside]
+    assert (share <= 1 + 1e-12).all() and (share >= (1 - 1e-12) / 5000).all()
+    assert panel.values.sum() == pytest.approx(panel.values[inside].sum())
 
 
 def test_figures_of_zones_have_units_and_errors(dimmed: simulate.Zones) -> None:

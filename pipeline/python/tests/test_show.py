@@ -74,3 +74,8 @@ def test_results_have_a_picture_and_a_dataset() -> None:
     pytest.importorskip("xarray")
     data = results.to_xarray()
     assert float(data.extraction_efficiency_standard_error[0]) > 0
+    far = results.model("geometric").far_field()
+    assert far is not None
+    curve = far.to_xarray()
+    assert curve.intensity.dims == ("theta",) and curve.intensity.attrs["units"] == "1/sr"
+    np.testing.assert_array_equal(curve.standard_error, far.standard_error)

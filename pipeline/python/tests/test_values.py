@@ -55,9 +55,8 @@ def test_what_is_not_known_is_said_in_python_warnings(tmp_path: Path) -> None:
     with pytest.warns(batwing.DesignWarning, match="values: nothing is given .* inner side"):
         table = wall(white(0.6))
     table.write(tmp_path / "wall.bsdf", "zemax", scatter_deg=5.0, samples=1)
-    [file] = [one for one in tmp_path.glob("*.bsdf") if "outer" in one.name and "reflec" in one.name]
     with pytest.warns(batwing.DesignWarning, match="nothing is given"):
-        bsdf.read(file)
+        bsdf.read(tmp_path / "wall-outer-brdf.bsdf")
 
 
 def test_transmission_of_the_other_side_follows_by_reciprocity() -> None:
@@ -154,34 +153,33 @@ def test_one_row_along_the_normal_stands_for_all_azimuths() -> None:
 
 
 def test_a_file_of_the_same_values_is_the_same_surface(tmp_path: Path) -> None:
-    """Klems' matrix of WINDOW by hand is long; LightTools' text holds our cells, turned by 90 degrees."""
+    """LightTools' text, whose azimuths are ours where `wi` lies at a POI of 270 degrees."""
     rows = rows_of(glossy)
-    table = bsdf.from_rows(rows)
     lines = ["Symmetry Asymmetric", "SpectralContent Monochrome", f"ScatterAzimuth {PHI.size}"]
     lines += [" ".join(map(str, PHI)), f"ScatterRadial {THETA.size}", " ".join(map(str, THETA))]
     lines.append("DataBegin")
+    # Integrals of the cosine over cells of 10 by 20 degrees.
+    edges = np.sin(np.radians(np.arange(0.0, 91.0, 10.0))) ** 2
+    cells = 0.5 * np.radians(20.0) * np.diff(edges)
     for theta in np.unique(rows[:, 0]):
         for below in (False, True):
             half = rows[(rows[:, 0] == theta) & ((rows[:, 2] > 90.0) == below)]
             polar = 180.0 - half[:, 2] if below else half[:, 2]
-            # Azimuth 0 of the file is at -90 degrees here, on our grid of 20 degrees at 10 of it.
-            turned = (half[:, 3] + 80.0) % 360.0
-            half = half[np.lexsort((polar, turned))]
-            at = 180.0 - theta if theta > 90.0 else theta
-            wi = np.array([np.sin(np.radians(theta)), 0.0, np.cos(np.radians(theta))])
-            albedo = table.albedo(wi)
-            power = albedo.transmitted if (theta > 90.0) != below else albedo.reflected
-            side = "Back" if theta > 90.0 else "Front"
-            kind = "BTDF" if (theta > 90.0) != below else "BRDF"
-            lines += [f"AOI {at}", "POI 280", f"Side {side}", "Wavelength 550", f"ScatterType {kind}"]
-            lines += [f"TIS {power[0, 0]:.12f}", " ".join(map(str, half[:, 4]))]
+            values = half[np.lexsort((polar, half[:, 3])), 4].reshape(PHI.size, THETA.size)
+            inner = theta > 90.0
+            lines += [f"AOI {180.0 - theta if inner else theta}", "POI 270"]
+            lines += [f"Side {'Back' if inner else 'Front'}", "Wavelength 550"]
+            lines.append(f"ScatterType {'BTDF' if inner != below else 'BRDF'}")
+            lines.append(f"TIS {(values * cells).sum():.12f}")
+            lines += [" ".join(map(repr, row.tolist())) for row in values]
     lines.append("DataEnd")
     (tmp_path / "by-hand.bsdf").write_text("\n".join(lines) + "\n")
-    other = bsdf.read(tmp_path / "by-hand.bsdf")
+    table, read = bsdf.from_rows(rows), bsdf.read(tmp_path / "by-hand.bsdf")
     for wi in (EVERY, BELOW):
-        one, two = table.albedo(wi), other.albedo(wi)
-        np.testing.assert_allclose(one.reflected, two.reflected, rtol=1e-9)
-        np.testing.assert_allclose(one.transmitted, two.transmitted, rtol=1e-9)
+        one, other = table.lobes(wi), read.lobes(wi)
+        np.testing.assert_allclose(one.wo, other.wo, atol=1e-9)
+        np.testing.assert_allclose(one.power, other.power, rtol=1e-9)
+        np.testing.assert_array_equal(one.transmitted, other.transmitted)
 
 
 @pytest.mark.parametrize("format, ending", [("lighttools", "bsdf"), ("tensortree", "xml")])
@@ -189,8 +187,8 @@ def test_tables_of_values_become_files(tmp_path: Path, format: bsdf.TableFormat,
     table = bsdf.from_function(glossy, scatter_deg=5.0)
     path = tmp_path / f"glossy.{ending}"
     table.write(path, format, scatter_deg=5.0, azimuth_deg=90.0, samples=4)
-    compared = bsdf.compare(table, bsdf.read(path), side="outer", theta_deg=[0.0, 30.0], cells=8)
-    assert np.abs(compared.albedo_difference).max() < 0.01 and compared.distance.max() < 0.3
+    compared = bsdf.compare(table, bsdf.read(path), side="outer", theta_deg=[0.0, 30.0], cells=7)
+    assert np.abs(compared.albedo_difference).max() < 0.03 and compared.distance.max() < 0.4
 
 
 HALF = white(0.6)[:, :, :10]

@@ -72,7 +72,7 @@ class Figure:
     below 3.0e-5 (not resolved)
     >>> f = Figure(4.0, 0.4)
     >>> (f + 1) / 5, f.sqrt(), f - f, 3.9 < f
-    (1.00 ± 0.08, 2.00 ± 0.10, 0, True)
+    (1.000 ± 0.080, 2.00 ± 0.10, 0, True)
     """
 
     value: float
