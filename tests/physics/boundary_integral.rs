@@ -289,6 +289,9 @@ fn arcs_are_the_limit_of_their_chords() {
     let halves = solved(Outline::arcs(1.0, &halves).unwrap());
     let off = largest_difference(&whole, |from, to| halves.efficiency(from, to));
     assert!(whole.worst_balance() < 1e-9 && off < 1e-9, "{off:.1e}");
+    // A bulb, whose side is seen under more than half a turn.
+    let bulb = solved(Outline::arcs(1.0, &[([0.3, 0.2], 4.0), ([0.7, 0.2], 0.0)]).unwrap());
+    assert!(bulb.worst_balance() < 1e-8, "{:.1e}", bulb.worst_balance());
     let chords = [4, 8].map(|count| {
         let points = (0..=count).map(|i| arc.point(length * f64::from(i) / f64::from(count)));
         let points: Vec<_> = points.collect();
