@@ -56,7 +56,10 @@ pub fn ring(file: &str, band: usize) -> Result<(usize, Interface)> {
 pub fn by_integrals(interface: &Interface, kx0: f64) -> Result<(Solution, f64)> {
     let (top, bottom) = (interface.n_top.re, interface.n_bottom.re);
     let grating = Grating::of_relief(&interface.relief, interface.wavelength, top, bottom)?;
-    Ok(grating.solve_twice(kx0, Fineness::default())?)
+    let coarse = grating.solve(kx0, Fineness::default())?;
+    let fine = grating.solve(kx0, Fineness::default().refined(1.5))?;
+    let moved = fine.largest_difference(&coarse);
+    Ok((fine, moved))
 }
 
 /// The RCWA at one Bloch wavevector, as tables are computed: following slanted sides.

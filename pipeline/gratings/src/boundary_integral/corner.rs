@@ -33,12 +33,10 @@ pub(super) fn missed(nodes: &Nodes) -> Vec<f64> {
                     let far = side as i32 + neighbour;
                     let (other, image) =
                         (far.rem_euclid(sides as i32) as usize, far.div_euclid(sides as i32));
-                    let seen = angle(nodes, node, other, image) / TAU;
+                    let seen = angle(nodes, node, other, image, &of_side[other]) / TAU;
                     let computed: f64 =
                         of_side[other].iter().map(|s| step * layer(nodes, node, s, image)).sum();
-                    // An arc may be seen under more than half a turn.
-                    let missed = seen - computed;
-                    missed - missed.round()
+                    seen - computed
                 })
                 .sum()
         })
@@ -54,22 +52,27 @@ fn layer(nodes: &Nodes, at: &Node, source: &Node, image: i32) -> f64 {
     (source.normal[0] * (dx / r) + source.normal[1] * (dz / r)) * (source.speed / r) / TAU
 }
 
-/// Signed angle under which a side is seen from a node.
-fn angle(nodes: &Nodes, from: &Node, side: usize, image: i32) -> f64 {
-    let corner = |number: usize| {
-        let sides = nodes.origins.len();
-        let place = Node {
-            offset: [0.0; 2],
-            origin: number % sides,
-            lap: (number / sides) as i32,
-            ..*from
-        };
-        let [dx, dz] = nodes.difference(from, &place, image);
+/// Signed angle under which a side of these nodes is seen from a node, from end to end; an arc may be
+/// seen under more than half a turn, so that its nodes lead there.
+fn angle(nodes: &Nodes, from: &Node, side: usize, image: i32, of_side: &[&Node]) -> f64 {
+    let sight = |place: &Node| {
+        let [dx, dz] = nodes.difference(from, place, image);
         let r = dx.hypot(dz);
         [-dx / r, -dz / r]
     };
-    let (a, b) = (corner(side), corner(side + 1));
-    (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1])
+    let corner = |number: usize| {
+        let sides = nodes.origins.len();
+        let lap = (number / sides) as i32;
+        sight(&Node { offset: [0.0; 2], origin: number % sides, lap, ..*from })
+    };
+    let mut path = vec![corner(side)];
+    if of_side.iter().any(|node| node.bend != 0.0) {
+        path.extend(of_side.iter().map(|node| sight(node)));
+    }
+    path.push(corner(side + 1));
+    let turn =
+        |a: [f64; 2], b: [f64; 2]| (a[0] * b[1] - a[1] * b[0]).atan2(a[0] * b[0] + a[1] * b[1]);
+    path.windows(2).map(|ends| turn(ends[0], ends[1])).sum()
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ impl Grating {
             let before =
                 std::mem::replace(&mut change, solution.largest_difference(&best.solution));
             let error = error_left(change, before).max(solution.worst_balance());
-            best = Converged { error, solution };
+            best = Converged { solution, error };
             // Falling on like this, it would not come there.
             let is_hopeless = step > SURE && change * (change / before).powf(left) > tolerance;
             if error <= tolerance || is_hopeless {

@@ -80,7 +80,7 @@ impl Solution {
     }
 
     /// Largest difference of any efficiency from another solution of the same problem.
-    pub(super) fn largest_difference(&self, other: &Self) -> f64 {
+    pub fn largest_difference(&self, other: &Self) -> f64 {
         let of = |a: &Mat<f64>, b: &Mat<f64>| {
             (0..a.ncols())
                 .flat_map(|j| (0..a.nrows()).map(move |i| (i, j)))

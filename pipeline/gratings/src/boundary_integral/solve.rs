@@ -72,11 +72,6 @@ impl Grating {
         Self::new(Outline::of_relief(relief, n_top, n_bottom)?, wavelength, n_top, n_bottom)
     }
 
-    /// The surface.
-    pub fn outline(&self) -> &Outline {
-        &self.outline
-    }
-
     /// Solves for all waves whose kx differs from `kx0` (in units of k0) by multiples of λ/Λ: all
     /// propagating orders from both sides without loss, in both polarisations, ky = 0.
     ///
@@ -94,23 +89,6 @@ impl Grating {
         most: usize,
     ) -> Result<Solution, IntegralError> {
         Ok(Problem::new(self, kx0, fineness, most)?.solve())
-    }
-
-    /// As [`Grating::solve`], and again with 1.5 times as many nodes. The finer solution and the
-    /// largest difference of any efficiency between both: an upper estimate of its error where it
-    /// converges.
-    ///
-    /// # Errors
-    /// As [`Grating::solve`].
-    pub fn solve_twice(
-        &self,
-        kx0: f64,
-        fineness: Fineness,
-    ) -> Result<(Solution, f64), IntegralError> {
-        let coarse = self.solve(kx0, fineness)?;
-        let fine = self.solve(kx0, fineness.refined(1.5))?;
-        let difference = fine.largest_difference(&coarse);
-        Ok((fine, difference))
     }
 }
 
