@@ -34,7 +34,7 @@ STACKS = ("none", "weak plate", "plate")
 PLATES = {"weak plate": (0.15, 0.85), "plate": (0.4, 0.6)}
 # Films smooth what needs fewer bins then.
 BINS = {"none": 24, "weak plate": 12, "plate": 12}
-PATHS = {"none": 2_097_152, "weak plate": 262_144, "plate": 262_144}
+PATHS = {"none": 2_097_152, "weak plate": 2_621_440, "plate": 2_621_440}
 
 
 def written(value):
@@ -135,7 +135,7 @@ def main():
                         at.mkdir(parents=True, exist_ok=True)
                         (at / "cell.toml").write_text(cell(name, pitch_mm, plane_mm, stack))
                         command = [BATWING, "--quiet", "run", str(at / "cell.toml"), "--model", "geometric",
-                                   "--out", str(at)]
+                                   "--cache", str(folder / "cache"), "--out", str(at)]
                         subprocess.run(command, check=True)
                     found = figures(at)
                     row = {"design": name, "pitch_mm": pitch_mm, "plane_mm": plane_mm, "stack": stack}
