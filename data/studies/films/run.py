@@ -5,8 +5,9 @@
     python3 data/studies/films/run.py [FOLDER]
 
 From the root of the repository. One package stands between walls that mirror, so that the cell repeats
-without end. Prints a table and writes it into FOLDER as films.csv and films.svg; some 30 minutes on two cores. The
-binary is target/release/batwing, or the one that BATWING names.
+without end. Films are traced by a table, which FOLDER/cache keeps. Writes FOLDER/films.csv, films.svg, and
+tables.md, those of docs/explanation/films.md; some 45 minutes on two idle cores. What FOLDER holds is not
+traced again. The binary is target/release/batwing, or the one that BATWING names.
 """
 
 import csv
@@ -123,6 +124,29 @@ def picture(rows, file):
                     f'height="{height}" fill="#fff"/>' + "".join(marks) + "</svg>\n")
 
 
+def shown(row):
+    """Min/max as text: a range where it is not resolved, its error behind films."""
+    value, error, low, high = (row[f"area_valley_to_peak{end}"] for end in ("", "_error", "_from", "_to"))
+    if low != "":
+        digits = 3 if high - low < 0.05 else 2
+        return f"{low:.{digits}f}–{high:.{digits}f}"
+    return f"{value:.3f}" if row["stack"] == "none" else f"{value:.4f} ± {error:.4f}"
+
+
+def tables(rows):
+    """A Markdown table of designs over pitch and height for each stack."""
+    by_cell = {(row["stack"], row["design"], row["pitch_mm"], row["plane_mm"]): row for row in rows}
+    cells = [(pitch_mm, plane_mm) for pitch_mm in PITCHES_MM for plane_mm in PLANES_MM]
+    lines = []
+    for stack in STACKS:
+        lines += [stack, "", "| design | " + " | ".join(f"{pitch:g}, {plane:g}" for pitch, plane in cells) + " |",
+                  "|---" * (1 + len(cells)) + "|"]
+        lines += ["| " + " | ".join([name, *(shown(by_cell[stack, name, *cell]) for cell in cells)]) + " |"
+                  for name in DESIGNS]
+        lines.append("")
+    return "\n".join(lines)
+
+
 def main():
     folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "films")
     rows = []
@@ -149,6 +173,7 @@ def main():
         table = csv.DictWriter(out, rows[0].keys())
         table.writeheader()
         table.writerows(rows)
+    (folder / "tables.md").write_text(tables(rows))
     picture(rows, folder / "films.svg")
 
 
