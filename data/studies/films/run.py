@@ -5,9 +5,9 @@
     python3 data/studies/films/run.py [FOLDER]
 
 From the root of the repository. One package stands between walls that mirror, so that the cell repeats
-without end. Films are traced by a table, which FOLDER/cache keeps. Writes FOLDER/films.csv, films.svg, and
-tables.md, those of docs/explanation/films.md; some 45 minutes on two idle cores. What FOLDER holds is not
-traced again. The binary is target/release/batwing, or the one that BATWING names.
+without end. Films are traced by a table, which FOLDER/cache keeps. Prints figures and writes films.csv,
+films.svg and tables.md, the tables of docs/explanation/films.md; some 45 minutes on two idle cores. What
+FOLDER holds is not traced again. The binary is target/release/batwing, or the one that BATWING names.
 """
 
 import csv
@@ -93,6 +93,16 @@ def figures(folder):
             for key, entry in found.items()}
 
 
+def row_of(folder, name, pitch_mm, plane_mm, stack):
+    """A row of films.csv from the results in a folder."""
+    found = figures(folder)
+    row = {"design": name, "pitch_mm": pitch_mm, "plane_mm": plane_mm, "stack": stack, "paths": PATHS[stack]}
+    for key, (value, error, interval) in found.items():
+        low, high = interval or ("", "")
+        row |= {key: value, f"{key}_error": error, f"{key}_from": low, f"{key}_to": high}
+    return row
+
+
 def picture(rows, file):
     """Uniformity behind the films over that before them, as SVG."""
     colours = {"weak plate": "#d1495b", "plate": "#00798c"}
@@ -139,8 +149,8 @@ def tables(rows):
     cells = [(pitch_mm, plane_mm) for pitch_mm in PITCHES_MM for plane_mm in PLANES_MM]
     lines = []
     for stack in STACKS:
-        lines += [stack, "", "| design | " + " | ".join(f"{pitch:g}, {plane:g}" for pitch, plane in cells) + " |",
-                  "|---" * (1 + len(cells)) + "|"]
+        heads = ["design", *(f"{pitch_mm:g}, {plane_mm:g}" for pitch_mm, plane_mm in cells)]
+        lines += [stack, "", "| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
         lines += ["| " + " | ".join([name, *(shown(by_cell[stack, name, *cell]) for cell in cells)]) + " |"
                   for name in DESIGNS]
         lines.append("")
@@ -161,12 +171,7 @@ def main():
                         command = [BATWING, "--quiet", "run", str(at / "cell.toml"), "--model", "geometric",
                                    "--cache", str(folder / "cache"), "--out", str(at)]
                         subprocess.run(command, check=True)
-                    found = figures(at)
-                    row = {"design": name, "pitch_mm": pitch_mm, "plane_mm": plane_mm, "stack": stack}
-                    for key in ("area_valley_to_peak", "area_variation", "up"):
-                        value, error, interval = found[key]
-                        low, high = interval or ("", "")
-                        row |= {key: value, f"{key}_error": error, f"{key}_from": low, f"{key}_to": high}
+                    row = row_of(at, name, pitch_mm, plane_mm, stack)
                     rows.append(row)
                     print(*row.values(), flush=True)
     with open(folder / "films.csv", "w", newline="") as out:
