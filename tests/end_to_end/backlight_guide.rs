@@ -44,7 +44,7 @@ fn json(at: &Path, file: &str) -> Value {
 }
 
 #[test]
-#[ignore = "slow: a run, a study, a search and tolerances of 24 packages (60 s)"]
+#[ignore = "slow: runs, studies, a search and tolerances of two backlights (75 s)"]
 fn every_command_of_the_backlight_runs_and_gives_the_quoted_figures() {
     let (folder, data) = (tempdir().expect("a folder"), workspace().join("data/backlight"));
     let at = folder.path();
@@ -57,6 +57,7 @@ fn every_command_of_the_backlight_runs_and_gives_the_quoted_figures() {
         // Fewer paths, samples and candidates.
         for (many, few) in [
             ("paths = 200_000", "paths = 20_000"),
+            ("paths = 100_000", "paths = 20_000"),
             ("paths = 50_000", "paths = 10_000"),
             ("samples = 24", "samples = 8"),
             ("evaluations = 8", "evaluations = 4"),
@@ -74,14 +75,15 @@ fn every_command_of_the_backlight_runs_and_gives_the_quoted_figures() {
     }
     let mut ran = 0;
     for line in page.lines().filter_map(|line| line.strip_prefix("    batwing ")) {
-        let output = batwing(at).args(line.split_whitespace()).output().expect("it runs");
+        let few: &[&str] = if line.starts_with("bsdf") { &["--paths", "512"] } else { &[] };
+        let output = batwing(at).args(line.split_whitespace()).args(few).output().expect("it runs");
         let said = String::from_utf8_lossy(&output.stderr);
         // Where slanted faces in contact cross, one path in a million leaks, and is said to.
         let leaks = said.contains("leaked out of a closed body");
         assert!(output.status.success() && (leaks || !said.contains("lost")), "{line}: {said}");
         ran += 1;
     }
-    assert_eq!(ran, 8);
+    assert_eq!(ran, 13);
 
     let model = &json(at, "out/results.json")["designs"]["backlight"]["geometric"];
     let absolute = |key: &str| estimate(&model["absolute"]["figures"][key]);
@@ -107,14 +109,27 @@ fn every_command_of_the_backlight_runs_and_gives_the_quoted_figures() {
     let flux = luminance("mean") * std::f64::consts::PI * 72e-3 * 44e-3;
     assert!((flux / luminance("flux") - 1.0).abs() < 1e-9, "{flux}");
 
-    let study = json(at, "distance/study.json");
-    let setups = study["setups"].as_array().expect("set-ups");
-    let distances = rows(&page, "| distance |");
-    assert_eq!((distances.len(), setups.len()), (3, 3));
-    for (row, setup) in distances.iter().zip(setups) {
-        let figures = setup["figures"].as_array().expect("figures");
-        let flux = figures.iter().find(|figure| figure["figure"] == "flux.luminance");
-        close(estimate(flux.expect("a flux")), row[3], row[0]);
+    let studies = [
+        ("distance", "| distance |", 3, vec![("flux.luminance", 3)]),
+        ("stacks", "| films |", 6, vec![("mean.display", 1), ("flux_up", 2)]),
+    ];
+    for (study, heading, count, columns) in studies {
+        let study = json(at, &format!("{study}/study.json"));
+        let setups = study["setups"].as_array().expect("set-ups");
+        let quoted = rows(&page, heading);
+        assert_eq!((quoted.len(), setups.len()), (count, count));
+        for (row, setup) in quoted.iter().zip(setups) {
+            let figures = setup["figures"].as_array().expect("figures");
+            for &(key, column) in &columns {
+                let found = figures.iter().find(|figure| figure["figure"] == key);
+                close(estimate(found.expect(key)), row[column], row[0]);
+            }
+        }
+    }
+    let receivers = &json(at, "cell/results.json")["designs"]["cell"]["geometric"]["receivers"];
+    for row in rows(&page, "| figure | reads |") {
+        let (figure, receiver) = row[0].trim_matches('`').split_once('.').expect("a receiver");
+        close(estimate(&receivers[receiver][figure]), row[2], row[0]);
     }
     let dimmed = json(at, "zones/zones.json");
     for row in rows(&page, "| figure | computed |") {

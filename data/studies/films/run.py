@@ -5,8 +5,9 @@
     python3 data/studies/films/run.py [FOLDER]
 
 From the root of the repository. One package stands between walls that mirror, so that the cell repeats
-without end. Prints a table and writes it into FOLDER as films.csv and films.svg; some 30 minutes on two cores. The
-binary is target/release/batwing, or the one that BATWING names.
+without end. Films are traced by a table, which FOLDER/cache keeps. Prints figures and writes films.csv,
+films.svg and tables.md, the tables of docs/explanation/films.md; some 45 minutes on two idle cores. What
+FOLDER holds is not traced again. The binary is target/release/batwing, or the one that BATWING names.
 """
 
 import csv
@@ -34,7 +35,7 @@ STACKS = ("none", "weak plate", "plate")
 PLATES = {"weak plate": (0.15, 0.85), "plate": (0.4, 0.6)}
 # Films smooth what needs fewer bins then.
 BINS = {"none": 24, "weak plate": 12, "plate": 12}
-PATHS = {"none": 2_097_152, "weak plate": 262_144, "plate": 262_144}
+PATHS = {"none": 2_097_152, "weak plate": 2_621_440, "plate": 2_621_440}
 
 
 def written(value):
@@ -92,6 +93,16 @@ def figures(folder):
             for key, entry in found.items()}
 
 
+def row_of(folder, name, pitch_mm, plane_mm, stack):
+    """A row of films.csv from the results in a folder."""
+    found = figures(folder)
+    row = {"design": name, "pitch_mm": pitch_mm, "plane_mm": plane_mm, "stack": stack, "paths": PATHS[stack]}
+    for key, (value, error, interval) in found.items():
+        low, high = interval or ("", "")
+        row |= {key: value, f"{key}_error": error, f"{key}_from": low, f"{key}_to": high}
+    return row
+
+
 def picture(rows, file):
     """Uniformity behind the films over that before them, as SVG."""
     colours = {"weak plate": "#d1495b", "plate": "#00798c"}
@@ -123,6 +134,29 @@ def picture(rows, file):
                     f'height="{height}" fill="#fff"/>' + "".join(marks) + "</svg>\n")
 
 
+def shown(row):
+    """Min/max as text: a range where it is not resolved, its error behind films."""
+    value, error, low, high = (row[f"area_valley_to_peak{end}"] for end in ("", "_error", "_from", "_to"))
+    if low != "":
+        digits = 3 if high - low < 0.05 else 2
+        return f"{low:.{digits}f}–{high:.{digits}f}"
+    return f"{value:.3f}" if row["stack"] == "none" else f"{value:.4f} ± {error:.4f}"
+
+
+def tables(rows):
+    """A Markdown table of designs over pitch and height for each stack."""
+    by_cell = {(row["stack"], row["design"], row["pitch_mm"], row["plane_mm"]): row for row in rows}
+    cells = [(pitch_mm, plane_mm) for pitch_mm in PITCHES_MM for plane_mm in PLANES_MM]
+    lines = []
+    for stack in STACKS:
+        heads = ["design", *(f"{pitch_mm:g}, {plane_mm:g}" for pitch_mm, plane_mm in cells)]
+        lines += [stack, "", "| " + " | ".join(heads) + " |", "|---" * len(heads) + "|"]
+        lines += ["| " + " | ".join([name, *(shown(by_cell[stack, name, *cell]) for cell in cells)]) + " |"
+                  for name in DESIGNS]
+        lines.append("")
+    return "\n".join(lines)
+
+
 def main():
     folder = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "films")
     rows = []
@@ -135,20 +169,16 @@ def main():
                         at.mkdir(parents=True, exist_ok=True)
                         (at / "cell.toml").write_text(cell(name, pitch_mm, plane_mm, stack))
                         command = [BATWING, "--quiet", "run", str(at / "cell.toml"), "--model", "geometric",
-                                   "--out", str(at)]
+                                   "--cache", str(folder / "cache"), "--out", str(at)]
                         subprocess.run(command, check=True)
-                    found = figures(at)
-                    row = {"design": name, "pitch_mm": pitch_mm, "plane_mm": plane_mm, "stack": stack}
-                    for key in ("area_valley_to_peak", "area_variation", "up"):
-                        value, error, interval = found[key]
-                        low, high = interval or ("", "")
-                        row |= {key: value, f"{key}_error": error, f"{key}_from": low, f"{key}_to": high}
+                    row = row_of(at, name, pitch_mm, plane_mm, stack)
                     rows.append(row)
                     print(*row.values(), flush=True)
     with open(folder / "films.csv", "w", newline="") as out:
         table = csv.DictWriter(out, rows[0].keys())
         table.writeheader()
         table.writerows(rows)
+    (folder / "tables.md").write_text(tables(rows))
     picture(rows, folder / "films.svg")
 
 
