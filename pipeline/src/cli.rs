@@ -228,6 +228,10 @@ impl Cli {
                         .and_then(|design| export::of_design(&design, arguments, context)),
                     Command::Check(arguments) => design(&arguments.file, &texts, folder)
                         .and_then(|design| check::of_design(&design, context)),
+                    Command::FullWave(arguments) => design(&arguments.design, &texts, folder)
+                        .and_then(|design| full_wave::of_design(&design, arguments, context)),
+                    Command::Zones(arguments) => design(&arguments.design, &texts, folder)
+                        .and_then(|design| zones::of_design(design, &texts, arguments, context)),
                     _ => bail!("expected a command on a design, got one that takes no text"),
                 };
                 return done.map_err(|error| interrupt.explain(error));

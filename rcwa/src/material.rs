@@ -2,7 +2,7 @@
 //! Refractive index n + ik of a material against vacuum wavelength in micrometres.
 //!
 //! In: a constant, a dispersion [`Formula`] with its coefficients, a table, or the text of a data
-//! file in refractiveindex.info's YAML form. Out: [`RefractiveIndex`] at a wavelength. Nothing is
+//! file of refractiveindex.info or of a glass catalogue. Out: [`RefractiveIndex`] at a wavelength. Nothing is
 //! extrapolated: a wavelength outside the data's range is an error. Tables are interpolated
 //! linearly in the wavelength, n and k apart; k ≥ 0 absorbs. Data format and formulas:
 //! [Polyanskiy 2024, Scientific Data 11, 94].
@@ -17,6 +17,8 @@
 //! # Ok::<(), rcwa::material::MaterialError>(())
 //! ```
 
+mod agf;
+mod csv;
 mod formula;
 mod table;
 #[cfg(test)]
@@ -144,6 +146,14 @@ pub enum MaterialError {
         /// The quantity that is given twice.
         key: String,
     },
+    /// A glass that a catalogue does not have, or none of several.
+    #[error("expected {expected}, got {got}")]
+    Glass {
+        /// What it could be.
+        expected: String,
+        /// The name.
+        got: String,
+    },
     /// Something a data file needs is not there.
     #[error("{0} is missing")]
     Missing(&'static str),
@@ -248,6 +258,39 @@ impl Material {
     /// The line and what was expected there, or the entry and what is wrong with it.
     pub fn from_yaml(text: &str) -> Result<Self, MaterialError> {
         yaml::parse(text)
+    }
+
+    /// A material from the text of a data file: YAML as of [`Material::from_yaml`] or CSV of
+    /// refractiveindex.info, or the `glass` of a catalogue (`.agf`), which needs no name where it is
+    /// the only one.
+    ///
+    /// # Errors
+    /// The line and what was expected there; a glass that is not there.
+    pub fn from_text(text: &str, glass: Option<&str>) -> Result<Self, MaterialError> {
+        let text = text.trim_start_matches('\u{feff}');
+        if text.lines().any(agf::is_name) {
+            return agf::parse(text, glass);
+        }
+        if let Some(glass) = glass {
+            let expected = "a catalogue, which has lines NM, for a glass".to_owned();
+            return Err(MaterialError::Glass { expected, got: glass.to_owned() });
+        }
+        let is_text = |line: &&str| !line.trim().is_empty() && !line.starts_with('#');
+        if text.lines().find(is_text).is_some_and(csv::is_heading) {
+            csv::parse(text)
+        } else {
+            yaml::parse(text)
+        }
+    }
+
+    /// The material of these data, over the range that both cover; k is 0 without any.
+    fn paired(n: Source, k: Option<Source>) -> Result<Self, MaterialError> {
+        let material = Self { n, k: k.unwrap_or(Source::Constant(0.0)) };
+        let [min, max] = material.range_um();
+        if min > max {
+            return Err(MaterialError::Range { min, max });
+        }
+        Ok(material)
     }
 
     /// The index at a vacuum wavelength in micrometres.

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use design::Design;
 use design::resolved::trace_key::ReliefModel;
-use serde_json::Value;
+use serde_json::{Map, Value};
 use tempfile::tempdir;
 
 use crate::support::binary::batwing;
@@ -75,9 +75,24 @@ fn a_plate_converts_light_as_its_closed_form() {
         );
     }
     let is_end = |name: &str| ["escaped", "absorbed", "lost"].iter().any(|b| name.starts_with(b));
-    let ends: f64 =
-        ledger.iter().filter(|(name, _)| is_end(name)).map(|(_, v)| estimate(v).0).sum();
-    assert!((ends - 1.0).abs() < 1e-9, "{ends}");
+    let ends = |ledger: &Map<String, Value>| -> f64 {
+        ledger.iter().filter(|(name, _)| is_end(name)).map(|(_, v)| estimate(v).0).sum()
+    };
+    assert!((ends(ledger) - 1.0).abs() < 1e-9, "{}", ends(ledger));
+    // Of each photon absorbed 0.8 are emitted again, whatever their energy.
+    let photons = found["photon_ledger"].as_object().expect("a ledger");
+    assert!(photons.keys().all(|account| !account.ends_with("stokes_loss")));
+    for (account, expected) in [
+        ("escaped_up", 1.0 - absorbed + 0.5 * 0.8 * absorbed),
+        ("absorbed_in_dye_quantum_loss", 0.2 * absorbed),
+    ] {
+        let (value, error) = estimate(&photons[account]);
+        assert!(
+            error > 0.0 && (value - expected).abs() < 4.0 * error,
+            "{account}: {value} ± {error}"
+        );
+    }
+    assert!((ends(photons) - 1.0).abs() < 0.01, "{}", ends(photons));
 }
 
 /// Lumens of what leaves, of the light that was not absorbed and of that emitted; the ledger holds watts.

@@ -363,13 +363,23 @@ fn far_fields_as_xml_of_the_industry_are_read() {
 }
 
 #[test]
-fn binary_scattering_of_speos_is_refused_with_the_way_out() {
+fn binary_scattering_of_speos_is_read_as_far_as_it_is_known() {
     let folder = tempdir().expect("a folder");
-    let head = b"OPTIS - Anisotropic BSDF surface file v9.0\n1\x03\0\0\0\x01\0\0\0\0";
-    std::fs::write(folder.path().join("b.anisotropicbsdf"), head).expect("written");
-    let words = "a binary Speos BSDF";
-    refused(folder.path(), &["import", "b.anisotropicbsdf"], words);
-    refused(folder.path(), &["import", "b.anisotropicbsdf"], "save it as text");
+    let at = folder.path();
+    for name in ["reflected.anisotropicbsdf", "binary.anisotropicbsdf"] {
+        std::fs::copy(workspace().join("tests/formats/corpus").join(name), at.join(name))
+            .expect("copied");
+    }
+    let [text, binary] = ["reflected", "binary"].map(|name| {
+        let mut said = json(at, &["import", &format!("{name}.anisotropicbsdf")]);
+        said.as_object_mut().expect("an object").remove("file");
+        said
+    });
+    assert_eq!(text, binary);
+    let head = b"OPTIS - brdf surface file v9.0\n1\x03\0\0\0\x01\0\0\0\0";
+    std::fs::write(at.join("b.brdf"), head).expect("written");
+    refused(at, &["import", "b.brdf"], "a binary Speos BSDF");
+    refused(at, &["import", "b.brdf"], "save it as text");
 }
 
 #[test]
@@ -402,13 +412,15 @@ fn a_source_from_a_file_turns() {
     // A cone of 2 degrees about the axis, as a far field.
     let cone = "IESNA91\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 4\n0 1 2\n0\n100 100 0\n";
     std::fs::write(at.join("cone.ies"), cone).expect("written");
+    std::fs::write(at.join("cone.csv"), "angle,intensity\n0,1\n1,1\n2,0\n").expect("written");
     let up = |file: &str, rotation: &str| {
+        let kind = if file.ends_with("csv") { "table" } else { "file" };
         let text = format!(
             "name = \"turned\"\n[mirror]\nkind = \"absorbing\"\nextent = \"array\"\n[led]\n\
              size_mm = [0.02, 0.02]\nheight_mm = 0.01\nreflection = \"absorbing\"\n\
              [array]\ncolumns = 1\nrows = 1\npitch_mm = 2000.0\n[light]\nwavelength_nm = 550.0\n\
              [receiver]\nplane_height_mm = 20.0\nbin_mm = 50.0\n[trace]\npaths = 64000\n\
-             [[sources]]\nname = \"s\"\nkind = \"file\"\nposition_mm = [0.0, 0.0, 1.0]\n\
+             [[sources]]\nname = \"s\"\nkind = \"{kind}\"\nposition_mm = [0.0, 0.0, 1.0]\n\
              file = \"{file}\"\n{rotation}\n"
         );
         std::fs::write(at.join("turned.toml"), text).expect("written");
@@ -424,6 +436,8 @@ fn a_source_from_a_file_turns() {
         ("three.txt", "rotation_deg = [0.0, 45.0, 0.0]", 0.25),
         ("cone.ies", "rotation_deg = [0.0, 80.0, 0.0]", 1.0),
         ("cone.ies", "rotation_deg = [100.0, 0.0, 0.0]", 0.0),
+        ("cone.csv", "rotation_deg = [0.0, 80.0, 0.0]", 1.0),
+        ("cone.csv", "rotation_deg = [100.0, 0.0, 0.0]", 0.0),
     ] {
         let got = up(file, rotation);
         assert!((got - share).abs() < 0.01, "{file} {rotation}: {got}");

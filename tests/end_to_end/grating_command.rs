@@ -214,6 +214,85 @@ fn stated_errors_bound_the_departure_from_known_limits() {
     assert!(judged == 40, "{judged}");
 }
 
+/// An echelette of aluminium in the mount of Littrow.
+fn echelette(index: [f64; 2], pol: &str) -> Value {
+    let depth = 0.257_670_164_732_314_24;
+    let points = [[0.0, depth], [0.744_107_038_823_084_2, 0.0], [1.0 / 1.2, depth]];
+    json!({
+        "wavelength": 0.5461, "period": 1.0 / 1.2, "n_top": [1, 0], "n_bottom": index,
+        "relief": {"depth": depth, "background": [1, 0], "polygons": [{"n": index, "points": points}]},
+        "theta_deg": 19.126_808_407_783_94, "pol": pol,
+    })
+}
+
+/// Where orders make stairs of metal, boundary integrals answer a tolerance, and say so. Values: the
+/// limit of smooth profiles in `tests/physics/boundary_integral.rs`, and the C method.
+#[test]
+fn metal_is_solved_by_boundary_integrals() {
+    let folder = tempdir().expect("a folder");
+    let mut cases = vec![
+        (with(&echelette([0.7, 5.7], "p"), "tolerance", json!(1e-2)), -1, 0.8912),
+        (with(&echelette([0.7, 5.7], "s"), "tolerance", json!(1e-2)), -1, 0.6654),
+    ];
+    let sinusoid = json!({
+        "wavelength": 0.633, "period": 1.0 / 1.2, "n_top": [1, 0], "n_bottom": [0.0562, 4.2776],
+        "profile": {"sinusoid": 0.1}, "theta_deg": 10, "pol": "p", "tolerance": 1e-5,
+    });
+    cases.push((sinusoid, 1, 0.268_048));
+    for (case, order, expected) in cases {
+        let answer = grating(folder.path(), &case);
+        assert_eq!(answer.json["method"], json!("boundary integral"), "{}", answer.text);
+        assert!(answer.json["nodes"].as_u64() > Some(20) && answer.json["N"].is_null());
+        assert!(answer.warnings.is_empty(), "{}", answer.warnings);
+        let estimate = answer.number("estimated_error");
+        assert!(estimate <= case["tolerance"].as_f64().expect("a tolerance"));
+        let error = (answer.orders("R")[&order] - expected).abs();
+        // The values have four and six digits.
+        assert!(error < estimate + 5e-5, "off by {error:.1e}, stated {estimate:.1e}");
+        let sums = ["R_total", "T_total", "absorbed"].map(|key| answer.number(key));
+        assert!((sums.iter().sum::<f64>() - 1.0).abs() < 1e-12 && sums[2] > 1e-3, "{sums:?}");
+    }
+    let lossless = with(&echelette([0.0, 5.7], "unpolarised"), "tolerance", json!(1e-4));
+    let lossless = grating(folder.path(), &lossless);
+    assert!((lossless.number("R_total") - 1.0).abs() < 1e-4, "{}", lossless.text);
+    for key in ["RTE", "RTM"] {
+        let half: f64 = lossless.orders(key).values().sum();
+        assert!((half - 0.5).abs() < 1e-4, "{key}: {half}");
+    }
+}
+
+/// A dielectric, and metal with given orders or in conical mount, are solved by orders.
+#[test]
+fn orders_solve_what_they_are_asked_for() {
+    let folder = tempdir().expect("a folder");
+    let metal = echelette([0.7, 5.7], "s");
+    let conical = with(&with(&metal, "phi_deg", json!(30)), "tolerance", json!(0.05));
+    for case in
+        [with(&reliefs()[1].1, "tolerance", json!(0.01)), with(&metal, "N", json!(8)), conical]
+    {
+        let answer = grating(folder.path(), &case);
+        assert_eq!(answer.json["method"], json!("orders"), "{case}");
+        assert!(answer.json["slices"].is_u64() && answer.json["nodes"].is_null());
+    }
+}
+
+/// The profile of a triangle and its relief are one grating, by the two methods.
+#[test]
+fn a_dielectric_profile_agrees_with_the_orders_of_its_relief() {
+    let folder = tempdir().expect("a folder");
+    let (name, case) = &reliefs()[1];
+    let by_orders = grating(folder.path(), &with(case, "tolerance", json!(1e-3)));
+    let mut profile = with(case, "tolerance", json!(1e-5));
+    profile.as_object_mut().expect("an object").remove("relief");
+    profile["profile"] = json!({"points": [[0, 0], [2.6, 0.5]]});
+    let by_integrals = grating(folder.path(), &profile);
+    assert_eq!(by_integrals.json["method"], json!("boundary integral"));
+    let error = difference(&by_orders, &by_integrals);
+    let stated = by_orders.number("estimated_error") + by_integrals.number("estimated_error");
+    assert!(error <= stated, "{name}: off by {error:.1e}, stated {stated:.1e}");
+    assert!(by_integrals.number("absorbed").abs() < 1e-5);
+}
+
 #[test]
 fn a_relief_takes_a_number_of_orders() {
     let folder = tempdir().expect("a folder");

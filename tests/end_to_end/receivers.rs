@@ -279,3 +279,45 @@ fn stokes_parameters_are_read_where_the_design_asks_for_them() {
         assert!(error.contains(said) && error.matches("batwing:").count() == 1, "{error}");
     }
 }
+
+/// Of what two sources emit towards a black sheet a quarter comes from below, which is its inside.
+#[test]
+fn a_sheet_tells_its_sides_apart() {
+    let directory = tempdir().expect("a folder");
+    let source = |name: &str, z: f64, down: f64, power: f64| {
+        format!(
+            "[[sources]]\nname = \"{name}\"\nkind = \"cosine\"\nexponent = 1.0\npower = {power}\n\
+             position_mm = [0.0, 0.0, {z}]\nnormal = [0.0, 0.0, {down}]\n"
+        )
+    };
+    let text = format!(
+        "name = \"sides\"\nlight = {{ wavelength_nm = 600.0 }}\n\
+         mirror = {{ kind = \"absorbing\", extent = \"array\" }}\n\
+         led = {{ size_mm = [0.2, 0.2], height_mm = 0.1, reflection = \"absorbing\" }}\n\
+         array = {{ columns = 1, rows = 1, pitch_mm = 4.0 }}\nreceiver = {{ plane_height_mm = 3.0 }}\n\
+         trace = {{ paths = 20_000 }}\n{}{}[[solids]]\nname = \"sheet\"\nkind = \"rectangle\"\n\
+         per = \"array\"\nposition_mm = [0.0, 0.0, 1.0]\nsize_mm = [2000.0, 2000.0]\n\
+         surface = {{ kind = \"absorbing\" }}\n[[receivers]]\nname = \"r\"\nkind = \"surface\"\n\
+         surface = \"sheet\"\n",
+        source("below", 0.5, 1.0, 1.0),
+        source("above", 1.5, -1.0, 3.0),
+    );
+    let flags = ["--until-error", "from_inside.r=1%"];
+    let results = run_text(directory.path(), "sides", &text, "out", &flags).expect("results");
+    let model = &results["designs"]["sides"]["geometric"];
+    assert_eq!(model["until_error"]["reached"], true, "{model}");
+    let seen = &model["receivers"]["r"];
+    assert_eq!(seen["flux_unit"], "W");
+    for (bin, expected) in [
+        ("from_inside", 0.25),
+        ("from_inside_absorbed", 0.25),
+        ("from_outside", 0.75),
+        ("from_outside_absorbed", 0.75),
+    ] {
+        let (value, error) = estimate(&seen[bin]);
+        assert!((value - expected).abs() < 4.0 * error + 1e-5, "{bin}: {value} ± {error}");
+    }
+    batwing(directory.path()).args(["report", "out", "--out", "page.html"]).assert().success();
+    let page = std::fs::read_to_string(directory.path().join("page.html")).expect("a page");
+    assert!(page.contains("r, from inside, absorbed"), "no fluxes of sides");
+}

@@ -129,7 +129,7 @@ fn ctrl_c_stops_the_writing_of_files() {
 fn ctrl_c_stops_a_grating_with_one_line() {
     // Stairs of metal, which no affordable number of slices resolves: the search takes half a
     // minute.
-    let case = r#"{"wavelength": 0.633, "period": 1.0, "n_top": [1, 0], "n_bottom": [0.22, 6.71], "theta_deg": 20, "pol": "p", "tolerance": 1e-3,
+    let case = r#"{"wavelength": 0.633, "period": 1.0, "n_top": [1, 0], "n_bottom": [0.22, 6.71], "theta_deg": 20, "phi_deg": 30, "pol": "p", "tolerance": 1e-3,
         "relief": {"depth": 0.5, "background": [1, 0], "polygons": [{"n": [0.22, 6.71], "points": [[0, 0.5], [1, 0.5], [0.7, 0]]}]}}"#;
     let folder = tempdir().expect("a folder");
     std::fs::write(folder.path().join("metal.json"), case).expect("written");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Convergence at high contrast and with absorption: stated errors bound the true ones.
 
-use batwing_tests::boundary_integral::{Fineness, Grating};
+use gratings::boundary_integral::{Fineness, Grating};
 use num_complex::Complex64;
 use rcwa::Side;
 use rcwa::Truncation;

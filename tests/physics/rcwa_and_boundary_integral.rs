@@ -6,9 +6,9 @@
 //! are the error of RCWA at these orders and slices, about the same in TE and TM with slanted
 //! walls.
 
-use batwing_tests::boundary_integral::{Fineness, Grating};
 use batwing_tests::solver_comparison::{KX0, RINGS, by_integrals, by_rcwa, difference, ring};
 use batwing_tests::tables::resolution;
+use gratings::boundary_integral::{Fineness, Grating};
 use rcwa::{Pol, Side};
 
 #[test]
@@ -37,7 +37,7 @@ fn both_solvers_agree_on_the_rings() {
 }
 
 /// Incident waves from the silicone whose own angle is beyond the critical one.
-fn reflected_totally(solution: &batwing_tests::boundary_integral::Solution) -> usize {
+fn reflected_totally(solution: &gratings::boundary_integral::Solution) -> usize {
     solution.orders(Side::Top).iter().filter(|o| o.kx.abs() > 1.0).count()
 }
 

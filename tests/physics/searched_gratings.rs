@@ -6,9 +6,9 @@
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::{Bloch, Pol, Side, Truncation, no_progress, solve_line};
 
-use batwing_tests::boundary_integral::{Fineness, Grating};
 use batwing_tests::solver_comparison::{KX0, RINGS, ring};
-use gratings::grating::{Efficiencies, solve};
+use gratings::boundary_integral::{Fineness, Grating};
+use gratings::grating::{Efficiencies, Method, solve};
 use gratings::grating_case::{Accuracy, Case, Polarization, Structure};
 
 const TOLERANCE: f64 = 1e-3;
@@ -76,9 +76,10 @@ fn estimates_bound_the_departure_from_a_finer_run_in_conical_mount() {
     let (number, interface) = ring(file, band).expect("a ring");
     let what = format!("{file} ring {number}");
     let found = solved(&case(&interface, angles, Polarization::S), &what);
+    let Method::Orders { truncation, slices } = found.method else { panic!("{what}") };
     let fine = Resolution {
-        truncation: Truncation::new(found.truncation * 7 / 5).expect("orders"),
-        plan: interface.relief.slice_plan(2 * found.slices),
+        truncation: Truncation::new(truncation * 7 / 5).expect("orders"),
+        plan: interface.relief.slice_plan(2 * slices),
     };
     let (stack, _) = interface.stacks(&fine).expect("a stack");
     let [theta, phi] = angles.map(f64::to_radians);

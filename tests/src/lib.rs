@@ -7,7 +7,6 @@
 //! `docs/explanation/conventions.md`.
 
 pub mod bad_input;
-pub mod boundary_integral;
 pub mod fuzz;
 pub mod judgement;
 pub mod ray_files;

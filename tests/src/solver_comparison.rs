@@ -12,9 +12,9 @@ use rcwa::{Bloch, Pol, Scattering, Side};
 use gratings::interface::interface;
 use simulate::cells::band_cells;
 
-use crate::boundary_integral::{Fineness, Grating, Solution};
 use crate::tables::WAVELENGTH_UM;
 use crate::traces::design;
+use gratings::boundary_integral::{Fineness, Grating, Solution};
 
 /// Designs and bands (from 1) compared: shallow, middling and steep OS1, and OS2.
 pub const RINGS: [(&str, usize); 4] =

@@ -503,7 +503,9 @@ impl<'a, 't, L: Light, R: Rng, O: Observer> Walk<'_, 'a, 't, L, R, O> {
     #[inline(always)]
     fn scatter(&mut self, Impact { hit, patch, point, normal }: &Impact<'_>) -> ScatterEvent {
         let direction = self.path.ray.direction;
-        scatter(hit, &patch.optics, direction, *point, *normal, self.light, self.rng)
+        let in_world = || *point + self.tracer.scene.position(hit.instance);
+        let optics = patch.optics.at(in_world, self.rng);
+        scatter(hit, optics, direction, *point, *normal, self.light, self.rng)
     }
 
     /// Takes from the path what the surface does not send on.

@@ -88,8 +88,10 @@ pub(crate) fn scatter<L: Light>(
         SurfaceModel::Mixed(mixed) => {
             back(mixed_direction(*mixed, direction, facing, light, rng), mixed.reflectance)
         }
-        // A path goes round before it is scattered.
-        SurfaceModel::Absorber | SurfaceModel::Periodic => back(direction, 0.0),
+        // A path goes round before it is scattered, and finds what is printed where it is.
+        SurfaceModel::Absorber | SurfaceModel::Periodic | SurfaceModel::Printed(_) => {
+            back(direction, 0.0)
+        }
         SurfaceModel::Coating(table) => {
             light.depolarise();
             let frame = hit.surface.shape.frame(point, normal);

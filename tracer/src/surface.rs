@@ -13,10 +13,13 @@ use std::fmt;
 use std::sync::Arc;
 
 use bsdf::Bsdf;
+use glam::DVec3;
 use num_complex::Complex64;
+use rand::Rng;
 
 use crate::error::{Error, fraction};
 use crate::optics::thin_film::{Film, check_index};
+use crate::pattern::Printed;
 use crate::shape::Shape;
 
 /// A region of space on one side of a surface.
@@ -75,6 +78,8 @@ pub enum SurfaceModel {
     /// Reflects by the table's values for its outer side, whichever side the ray comes from, and
     /// absorbs the rest: a paint or a mirror, which may be opaque behind.
     Coating(Arc<dyn Bsdf>),
+    /// One of two models by the place in the world.
+    Printed(Arc<Printed>),
 }
 
 /// A reflector that is partly a mirror and partly diffuse.
@@ -103,7 +108,17 @@ impl SurfaceModel {
         match self {
             Self::Lambertian { .. } | Self::Mixed(_) | Self::Coating(_) => true,
             Self::Scatter(table) => table.as_polarised().is_none(),
+            Self::Printed(printed) => printed.base.scatters() || printed.ink.scatters(),
             _ => false,
+        }
+    }
+
+    /// What light meets at a point of the world: of a printed surface one of its two models.
+    #[inline]
+    pub(crate) fn at(&self, point: impl FnOnce() -> DVec3, rng: &mut impl Rng) -> &Self {
+        match self {
+            Self::Printed(printed) => printed.at(point(), rng),
+            model => model,
         }
     }
 
@@ -128,6 +143,7 @@ impl SurfaceModel {
             Self::Periodic => "periodic face",
             Self::Scatter(_) => "scatter",
             Self::Coating(_) => "coating",
+            Self::Printed(_) => "printed surface",
         }
     }
 }
@@ -209,35 +225,46 @@ impl Surface {
             });
         }
         for Patch { name, optics } in &self.patches {
-            match optics {
-                SurfaceModel::Mirror { reflectance } | SurfaceModel::Lambertian { reflectance } => {
-                    fraction(&format!("reflectance of '{name}'"), *reflectance)?;
-                }
-                SurfaceModel::Mixed(mixed) => {
-                    fraction(&format!("reflectance of '{name}'"), mixed.reflectance)?;
-                    fraction(&format!("specular share of '{name}'"), mixed.specular)?;
-                }
-                SurfaceModel::LayeredMirror(mirror) => {
-                    fraction(&format!("reflectance of '{name}'"), mirror.factor)?;
-                    check_index(&format!("refractive index under '{name}'"), mirror.substrate)?;
-                }
-                SurfaceModel::Absorber | SurfaceModel::Periodic | SurfaceModel::Coating(_) => {}
-                SurfaceModel::Interface | SurfaceModel::Layered(_) | SurfaceModel::Scatter(_) => {
-                    let (Some(inner), Some(outer)) = (inner, outer) else {
-                        return Err(Error::OpaqueSide {
-                            surface: name.clone(),
-                            optics: optics.kind(),
-                        });
-                    };
-                    if let SurfaceModel::Scatter(scatter) = optics {
-                        check_table(name, "inner", scatter.index(bsdf::Side::Inner), inner)?;
-                        check_table(name, "outer", scatter.index(bsdf::Side::Outer), outer)?;
-                    }
-                }
-            }
+            check_model(name, optics, [inner, outer])?;
         }
         Ok(())
     }
+}
+
+/// Checks the surface model of a patch between media of these indices, `None` where opaque.
+fn check_model(
+    name: &str,
+    optics: &SurfaceModel,
+    [inner, outer]: [Option<f64>; 2],
+) -> Result<(), Error> {
+    match optics {
+        SurfaceModel::Mirror { reflectance } | SurfaceModel::Lambertian { reflectance } => {
+            fraction(&format!("reflectance of '{name}'"), *reflectance)?;
+        }
+        SurfaceModel::Mixed(mixed) => {
+            fraction(&format!("reflectance of '{name}'"), mixed.reflectance)?;
+            fraction(&format!("specular share of '{name}'"), mixed.specular)?;
+        }
+        SurfaceModel::LayeredMirror(mirror) => {
+            fraction(&format!("reflectance of '{name}'"), mirror.factor)?;
+            check_index(&format!("refractive index under '{name}'"), mirror.substrate)?;
+        }
+        SurfaceModel::Absorber | SurfaceModel::Periodic | SurfaceModel::Coating(_) => {}
+        SurfaceModel::Interface | SurfaceModel::Layered(_) | SurfaceModel::Scatter(_) => {
+            let (Some(inner), Some(outer)) = (inner, outer) else {
+                return Err(Error::OpaqueSide { surface: name.to_owned(), optics: optics.kind() });
+            };
+            if let SurfaceModel::Scatter(scatter) = optics {
+                check_table(name, "inner", scatter.index(bsdf::Side::Inner), inner)?;
+                check_table(name, "outer", scatter.index(bsdf::Side::Outer), outer)?;
+            }
+        }
+        SurfaceModel::Printed(printed) => {
+            check_model(name, &printed.base, [inner, outer])?;
+            check_model(name, &printed.ink, [inner, outer])?;
+        }
+    }
+    Ok(())
 }
 
 fn check_table(surface: &str, side: &'static str, table: f64, medium: f64) -> Result<(), Error> {

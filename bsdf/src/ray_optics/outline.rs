@@ -88,6 +88,17 @@ impl Outline {
         }
     }
 
+    /// The same relief in air, whose tips stand in the outer medium to `tips`, from above 0 to the
+    /// depth.
+    #[must_use]
+    pub fn standing_in_outer(mut self, tips: f64) -> Self {
+        let (low, high) = (self.depth - tips, self.depth);
+        let points = vec![[0.0, low], [self.period, low], [self.period, high], [0.0, high]];
+        self.polygons.insert(0, Polygon { index: self.index_outer, points });
+        self.background = 1.0;
+        self
+    }
+
     /// Checks the invariants that the tracing relies on.
     pub(super) fn validate(&self) -> Result<(), Error> {
         Error::check_length("period of a unit cell", self.period)?;

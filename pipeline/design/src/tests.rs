@@ -4,6 +4,9 @@
 use std::path::Path;
 
 use geometry::profile::{Reference, Shape};
+use metrics::illuminance::Symmetry;
+use tracer::glam::DVec3;
+use tracer::{Distribution, Emission};
 
 use super::Design;
 use super::{ConfigError, EMBEDDED, embedded, parse};
@@ -398,6 +401,115 @@ fn a_material_file_gives_index_and_absorption() {
     let far = text.replacen("wavelength_nm = 550.0", "wavelength_nm = 700.0", 1);
     let error = parse("d2.toml", &far, folder.path()).expect_err("beyond the data").to_string();
     assert!(error.contains("silicone.material_file") && error.contains("0.7"), "{error}");
+}
+
+/// N-BK7 with the coefficients of its maker, who states n_d = 1.5168, beside another glass.
+const GLASSES: &str = "NM N-BK7 2 517642 1.5168 64.17\nCD 1.03961212 6.00069867E-03 2.31792344E-01 \
+    2.00179144E-02 1.01046945 1.03560653E+02\nLD 0.3 2.5\nIT 0.3 0.05 25\nIT 2.5 0.36 25\nNM B 2 0 1.4\n\
+    CD 1 0\nLD 0.3 2.5\n";
+
+#[test]
+fn a_medium_names_the_glass_of_a_catalogue() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let at = folder.path();
+    let utf16: Vec<u8> = GLASSES.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    std::fs::write(at.join("a.agf"), GLASSES).expect("written");
+    std::fs::write(at.join("b.AGF"), [&[0xff, 0xfe][..], &utf16].concat()).expect("written");
+    let with = |keys: &str| {
+        let text = D2.replacen("index = 1.41", keys, 1);
+        parse("d2.toml", &text.replacen("550.0", "587.5618", 1), at)
+    };
+    for file in ["a.agf", "b.AGF"] {
+        let silicone = with(&format!("material_file = \"{file}\"\nglass = \"n-bk7\"")).expect(file);
+        assert!((silicone.silicone.index - 1.5168).abs() < 1e-6);
+        assert!(silicone.silicone.absorption_per_mm > 0.0);
+    }
+    for (keys, words) in [
+        ("material_file = \"a.agf\"", "the name of one of 2 glasses, N-BK7, B, got none"),
+        ("index = 1.41\nglass = \"B\"", "silicone.glass = B: expected no such key without"),
+    ] {
+        let error = with(keys).expect_err(words).to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn tables_of_data_sheets_are_straight_lines_in_every_plane() {
+    let folder = tempfile::tempdir().expect("a directory");
+    let oval = "angle along across\n0 1 1\n60 0.5 0\n";
+    std::fs::write(folder.path().join("oval.txt"), oval).expect("written");
+    std::fs::write(folder.path().join("empty.txt"), "").expect("written");
+    let light = |keys: &str| {
+        let source = "[[sources]]\nname = \"s\"\nkind = \"table\"\nposition_mm = [0.0, 0.0, 0.6]\n";
+        let found = parse("d2.toml", &format!("{D2}\n{source}{keys}\n"), folder.path());
+        let found = found.map_err(|error| error.to_string())?.sources.swap_remove(0);
+        match &found.emitters[0].source.emission {
+            Emission::Table(table) => Ok((table.clone(), found.symmetry)),
+            other => Err(format!("{other:?}")),
+        }
+    };
+    let at = |table: &Distribution, theta: f64, phi: f64| {
+        let (theta, phi) = (theta.to_radians(), phi.to_radians());
+        let across = theta.sin();
+        table.intensity(DVec3::new(across * phi.cos(), across * phi.sin(), theta.cos()))
+    };
+    let sheet = "angle_deg = [0, 30, 60, 90]\nintensity = [1.0, 1.2, 0.6, 0.0]";
+    let (round, symmetry) = light(sheet).expect("a table");
+    assert_eq!(symmetry, Symmetry::Square);
+    for (theta, phi, expected) in
+        [(0.0, 0.0, 1.0), (45.0, 77.0, 0.9), (75.0, 200.0, 0.3), (91.0, 0.0, 0.0)]
+    {
+        assert!((at(&round, theta, phi) - expected).abs() < 1e-12, "{theta} {phi}");
+    }
+    // ∫ sin θ (a + b θ) dθ over 2π of the three pieces, by the middle of a thousand strips.
+    let strips = (0..90_000).map(|k| (f64::from(k) + 0.5) * 1e-3);
+    let flux: f64 = strips.map(|t| at(&round, t, 0.0) * t.to_radians().sin()).sum::<f64>();
+    assert!(
+        (round.flux() / (std::f64::consts::TAU * flux * 1e-3_f64.to_radians()) - 1.0).abs() < 1e-8
+    );
+    let (halves, symmetry) =
+        light("angle_deg = [-60, 0, 60]\nintensity = [0, 2, 1]").expect("halves");
+    assert_eq!(symmetry, Symmetry::None);
+    for (theta, phi, expected) in
+        [(30.0, 0.0, 1.5), (30.0, 180.0, 1.0), (30.0, 90.0, 1.25), (61.0, 0.0, 0.0)]
+    {
+        assert!((at(&halves, theta, phi) - expected).abs() < 1e-9, "{theta} {phi}");
+    }
+    let (oval, symmetry) = light("file = \"oval.txt\"").expect("a file");
+    assert_eq!(symmetry, Symmetry::Rectangle);
+    for (theta, phi, expected) in
+        [(30.0, 0.0, 0.75), (30.0, 180.0, 0.75), (30.0, 270.0, 0.5), (30.0, 45.0, 0.625)]
+    {
+        assert!((at(&oval, theta, phi) - expected).abs() < 1e-9, "{theta} {phi}");
+    }
+    let turned = light(&format!("{sheet}\nrotation_deg = [10.0, 0.0, 0.0]")).expect("turned");
+    assert_eq!(turned.1, Symmetry::None);
+    for (keys, words) in [
+        ("angle_deg = [0, 90]", "sources[1].angle_deg = other keys: expected either `angle_deg`"),
+        (
+            "angle_deg = [0, 90]\nintensity = [1]",
+            "sources[1].angle_deg = 2 angles: expected angles asc",
+        ),
+        ("angle_deg = [0, 0]\nintensity = [1, 1]", "expected angles ascending from -180 to 180"),
+        ("angle_deg = [-90, 80]\nintensity = [1, 1]", "both halves to one end, got -90 to 80"),
+        (
+            "angle_deg = [0, 90]\nintensity = [0, -1]",
+            "expected a table of intensities: intensity = -1",
+        ),
+        ("angle_deg = [0]\nintensity = [1]", "expected a table of intensities"),
+        (
+            "file = \"none.txt\"",
+            "sources[1].file = \"none.txt\": expected a file of two or three columns",
+        ),
+        ("file = \"empty.txt\"", "expected angles ascending from -180 to 180"),
+        (
+            "file = \"oval.txt\"\nintensity = [1]",
+            "`angle_deg`, `intensity` and perhaps `across`, or `file`",
+        ),
+    ] {
+        let error = light(keys).map(|_| ()).expect_err(words);
+        assert!(error.contains(words), "{error}");
+    }
 }
 
 #[test]

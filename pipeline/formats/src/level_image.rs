@@ -45,6 +45,15 @@ impl LevelImage {
         read().with_context(|| format!("`{name}`"))
     }
 
+    /// The same of a text in place of the file `name`.
+    ///
+    /// # Errors
+    /// As [`LevelImage::read`].
+    pub fn of_text(name: &str, text: &str) -> Result<(Self, FileRecord)> {
+        let image = from_text(text.as_bytes()).with_context(|| format!("`{name}`"))?;
+        Ok((image, FileRecord::new(name.to_owned(), text.as_bytes())))
+    }
+
     /// From rows of levels, the top first.
     fn from_top(columns: usize, rows: &[f64]) -> Self {
         let levels = rows.chunks(columns).rev().flatten().copied().collect();

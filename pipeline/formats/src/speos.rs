@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Speos BSDF as text: two files, for both sides.
+//! Speos BSDF, written as text: two files, for both sides.
 
+mod binary;
 pub mod convert;
 pub mod layout;
 

@@ -52,4 +52,4 @@ mod system;
 pub use body::{Body, Cost, Polarisation, Resolution};
 pub use error::FullWaveError;
 pub use field::Field;
-pub use outline::Outline;
+pub use outline::{Curve, Outline};

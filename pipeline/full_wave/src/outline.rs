@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Line or arc by its arc length from one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Curve {
+pub struct Curve {
     /// Point at arc length 0.
     pub origin: [f64; 2],
     /// Unit tangent there.
@@ -17,6 +17,16 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
+    /// Returns the arc between two different points that turns by `turn` radians on its way, to the
+    /// left if positive, and its length.
+    pub fn between(from: [f64; 2], to: [f64; 2], turn: f64) -> (Self, f64) {
+        let across = [to[0] - from[0], to[1] - from[1]];
+        let chord = across[0].hypot(across[1]);
+        let length = chord / sinc(0.5 * turn);
+        let tangent = turned([across[0] / chord, across[1] / chord], -0.5 * turn);
+        (Self { origin: from, tangent, curvature: turn / length }, length)
+    }
+
     /// Returns the point at arc length `s`, which may be negative.
     pub fn point(&self, s: f64) -> [f64; 2] {
         let half = 0.5 * self.curvature * s;
@@ -122,12 +132,8 @@ impl Outline {
     #[must_use]
     pub fn arc_to(mut self, to: [f64; 2], turn: f64) -> Self {
         let from = self.last();
-        let across = [to[0] - from[0], to[1] - from[1]];
-        let chord = across[0].hypot(across[1]);
-        if chord > 0.0 {
-            let length = chord / sinc(0.5 * turn);
-            let tangent = turned([across[0] / chord, across[1] / chord], -0.5 * turn);
-            let curve = Curve { origin: from, tangent, curvature: turn / length };
+        let (curve, length) = Curve::between(from, to, turn);
+        if length > 0.0 {
             self.segments.push(Segment { curve, length });
         }
         self

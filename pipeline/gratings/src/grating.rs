@@ -1,26 +1,30 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! One grating and one incident wave: the efficiency of every order.
 //!
-//! Layers are solved as they are. With a tolerance, `rcwa::accuracy` finds orders and slices; those
+//! Orders solve layers as they are. With a tolerance, `rcwa::accuracy` finds orders and slices; those
 //! of a dielectric relief follow its slanted walls. A relief with a given number of orders is solved
 //! on s and on 2s slices as stairs and extrapolated: an even power series in the thickness loses its
-//! first term.
+//! first term. Boundary integrals solve, in the plane across the grooves, one surface between the
+//! half-spaces: profiles, reliefs whose walls orders cannot follow, and reliefs of which they miss the
+//! tolerance.
 
 mod jones;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use rcwa::accuracy::{self, Found, NOTHING_KNOWN, Waves, converge_waves, settle_slices, unsettled};
 use rcwa::error::kept_orders;
 use rcwa::hemisphere::{Interface, Resolution};
 use rcwa::jones::Matrix;
-use rcwa::relief::{Layer, extrapolate};
+use rcwa::relief::{Layer, Relief, extrapolate};
 use rcwa::solve::{highest_order, solve_line};
 use rcwa::{Bloch, Error, Pol, Progress, Scattering, Side, Stack, Truncation};
 use serde_json::{Map, Value};
 
 use metrics::plural::count;
 
+use crate::boundary_integral::{Converged, Grating, Outline};
 use crate::grating_case::{Accuracy, Case, Polarization, Structure};
+use crate::methods::{choose, missed};
 
 /// Error that slices may leave where orders are given instead of a tolerance: absolute, and as a
 /// part of the error of the orders.
@@ -55,15 +59,40 @@ impl OrderEfficiency {
 /// The orders of incident light in s and in p.
 type Answer = [Vec<OrderEfficiency>; 2];
 
+/// How a case was solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// By orders.
+    Orders {
+        /// Highest order kept.
+        truncation: usize,
+        /// Layers, or slices of the finer of the two runs.
+        slices: usize,
+    },
+    /// By boundary integrals.
+    BoundaryIntegral {
+        /// Nodes on a period of the surface.
+        nodes: usize,
+    },
+}
+
+impl Method {
+    /// The name that results state.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Orders { .. } => "orders",
+            Self::BoundaryIntegral { .. } => "boundary integral",
+        }
+    }
+}
+
 /// Efficiencies of one case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Efficiencies {
     /// One entry for each order that carries power away.
     pub orders: Vec<OrderEfficiency>,
-    /// Highest order kept.
-    pub truncation: usize,
-    /// Layers, or slices of the finer of the two runs.
-    pub slices: usize,
+    /// The method, with what it took.
+    pub method: Method,
     /// Largest error of an efficiency, estimated.
     pub estimated_error: f64,
     /// Highest order that propagates, if it was not kept.
@@ -153,26 +182,26 @@ impl Problem<'_> {
         Ok(answer)
     }
 
-    /// Orders of the case's own polarisation.
-    fn own(&self, [s, p]: &Answer) -> Vec<OrderEfficiency> {
-        match self.case.polarization {
-            Polarization::S => s.clone(),
-            Polarization::P => p.clone(),
-            Polarization::Unpolarised => s
-                .iter()
-                .zip(p)
-                .map(|(s, p)| OrderEfficiency {
-                    te: 0.5 * (s.te + p.te),
-                    tm: 0.5 * (s.tm + p.tm),
-                    ..*s
-                })
-                .collect(),
-        }
-    }
-
     /// Largest difference between two answers in the case's own polarisation.
     fn change(&self, a: &Answer, b: &Answer) -> f64 {
-        change(&self.own(a), &self.own(b))
+        change(&own(self.case, a), &own(self.case, b))
+    }
+}
+
+/// Orders of the case's own polarisation.
+fn own(case: &Case, [s, p]: &Answer) -> Vec<OrderEfficiency> {
+    match case.polarization {
+        Polarization::S => s.clone(),
+        Polarization::P => p.clone(),
+        Polarization::Unpolarised => s
+            .iter()
+            .zip(p)
+            .map(|(s, p)| OrderEfficiency {
+                te: 0.5 * (s.te + p.te),
+                tm: 0.5 * (s.tm + p.tm),
+                ..*s
+            })
+            .collect(),
     }
 }
 
@@ -181,17 +210,23 @@ fn turned_at_normal(case: &Case) -> bool {
     case.theta_deg.abs() <= 0.0 && case.phi_deg.abs() > 0.0
 }
 
+/// Wavevector of the incident light along x and y, in units of k0.
+fn tangential(case: &Case) -> [f64; 2] {
+    let (theta, phi) = (case.theta_deg.to_radians(), case.phi_deg.to_radians());
+    [phi.cos(), phi.sin()].map(|part| case.n_top.re * theta.sin() * part)
+}
+
+/// Direction that an order leaves in, degrees.
+fn angles_deg(case: &Case, (side, order): (Side, i32)) -> [f64; 2] {
+    let [kx, ky] = tangential(case);
+    let kx = kx + f64::from(order) * case.wavelength / case.period;
+    let index = if side == Side::Top { case.n_top.re } else { case.n_bottom.re };
+    [(kx.hypot(ky) / index).min(1.0).asin(), ky.atan2(kx)].map(f64::to_degrees)
+}
+
 fn read(scattering: &Scattering, incident: Pol, case: &Case) -> Vec<OrderEfficiency> {
     let part = |to, pol| scattering.efficiency_in((Side::Top, 0, incident), to, pol);
-    let (theta, phi) = (case.theta_deg.to_radians(), case.phi_deg.to_radians());
-    let tangential = case.n_top.re * theta.sin();
-    let angles_deg = |(side, order): (Side, i32)| {
-        let kx = tangential * phi.cos() + f64::from(order) * case.wavelength / case.period;
-        let ky = tangential * phi.sin();
-        let index = if side == Side::Top { case.n_top.re } else { case.n_bottom.re };
-        [(kx.hypot(ky) / index).min(1.0).asin(), ky.atan2(kx)].map(f64::to_degrees)
-    };
-    [Side::Top, Side::Bottom]
+    Side::BOTH
         .into_iter()
         .flat_map(|side| scattering.orders(side).map(move |m| (side, m)))
         .map(|to| OrderEfficiency {
@@ -199,7 +234,7 @@ fn read(scattering: &Scattering, incident: Pol, case: &Case) -> Vec<OrderEfficie
             order: to.1,
             te: part(to, Pol::S),
             tm: part(to, Pol::P),
-            angles_deg: angles_deg(to),
+            angles_deg: angles_deg(case, to),
         })
         .collect()
 }
@@ -209,6 +244,71 @@ fn read(scattering: &Scattering, incident: Pol, case: &Case) -> Vec<OrderEfficie
 /// # Errors
 /// Errors of the solver; a tolerance out of reach.
 pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
+    let Accuracy::Tolerance(tolerance) = case.accuracy else {
+        return by_orders(case, progress);
+    };
+    let is_classical = case.phi_deg % 180.0 == 0.0;
+    let relief = match &case.structure {
+        Structure::Profile(outline) if is_classical && !case.jones => {
+            return by_integrals(case, outline, tolerance, progress).context("profile");
+        }
+        Structure::Relief(relief) if is_classical && !case.jones => relief,
+        _ => return by_orders(case, progress),
+    };
+    // `None` where the relief is not one surface, or an order is at its cut-off.
+    let integrals = || {
+        let outline = Outline::of_relief(relief, case.n_top, case.n_bottom).ok()?;
+        let found = by_integrals(case, &outline, tolerance, progress).ok()?;
+        Some((found.estimated_error, found))
+    };
+    let orders = || by_orders(case, progress).map(|found| (found.estimated_error, found));
+    choose(&interface(case, relief), tolerance, integrals, orders).map(|(_, found)| found)
+}
+
+fn interface(case: &Case, relief: &Relief) -> Interface {
+    let (relief, wavelength) = (relief.clone(), case.wavelength);
+    Interface { relief, wavelength, n_top: case.n_top, n_bottom: case.n_bottom }
+}
+
+/// Solves `case` by boundary integrals on this surface, in the plane across the grooves.
+fn by_integrals(
+    case: &Case,
+    outline: &Outline,
+    tolerance: f64,
+    progress: &Progress<'_>,
+) -> Result<Efficiencies> {
+    let grating = Grating::new(outline.clone(), case.wavelength, case.n_top, case.n_bottom)?;
+    let [kx0, _] = tangential(case);
+    let Converged { solution, error } = grating.converge(kx0, tolerance, progress)?;
+    let nodes = solution.nodes();
+    let missed = missed(tolerance, nodes, error);
+    if let Some(missed) = missed.as_ref().filter(|_| error >= NOTHING_KNOWN) {
+        bail!("{missed}");
+    }
+    let read = |incident: Pol| -> Vec<OrderEfficiency> {
+        let each = Side::BOTH
+            .into_iter()
+            .flat_map(|side| solution.orders(side).iter().map(move |o| (side, o.order)));
+        each.map(|to| {
+            let share = solution.efficiency((Side::Top, 0, incident), to);
+            let [te, tm] = if incident == Pol::S { [share, 0.0] } else { [0.0, share] };
+            OrderEfficiency { side: to.0, order: to.1, te, tm, angles_deg: angles_deg(case, to) }
+        })
+        .collect()
+    };
+    Ok(Efficiencies {
+        orders: own(case, &Pol::BOTH.map(read)),
+        method: Method::BoundaryIntegral { nodes },
+        estimated_error: error,
+        too_few_for: None,
+        coarse_slices: None,
+        missed,
+        jones: None,
+    })
+}
+
+/// Solves `case` by orders.
+fn by_orders(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
     let problem = Problem { case, progress };
     let highest = {
         let stack = problem.stack(Vec::new())?;
@@ -220,18 +320,19 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
         case.period,
         case.wavelength
     );
-    let (stack, interface);
+    let (stack, of_relief);
     let structure = match &case.structure {
         Structure::Layers(layers) => {
             stack = problem.stack(layers.clone())?;
             accuracy::Structure::Layers(&stack)
         }
         Structure::Relief(relief) => {
-            let (relief, wavelength) = (relief.clone(), case.wavelength);
-            let (n_top, n_bottom) = (case.n_top, case.n_bottom);
-            interface = Interface { relief, wavelength, n_top, n_bottom };
-            accuracy::Structure::Relief(&interface)
+            of_relief = interface(case, relief);
+            accuracy::Structure::Relief(&of_relief)
         }
+        Structure::Profile(_) => bail!(
+            "profile: expected `tolerance`, no `jones` and light in the plane across the grooves (phi_deg 0 or 180), since boundary integrals solve it; a relief of polygons takes any"
+        ),
     };
     let runs = |at: &Resolution| runs(structure, at, case.accuracy);
     let waves = Waves {
@@ -269,9 +370,8 @@ pub fn solve(case: &Case, progress: &Progress<'_>) -> Result<Efficiencies> {
     let matrices = || problem.jones(&runs(at)?, at.truncation);
     Ok(Efficiencies {
         jones: case.jones.then(matrices).transpose()?,
-        orders: problem.own(&found.answer),
-        truncation: at.truncation.highest(),
-        slices,
+        orders: own(case, &found.answer),
+        method: Method::Orders { truncation: at.truncation.highest(), slices },
         estimated_error: found.errors.sum(),
         too_few_for: (at.truncation.highest() < highest).then_some(highest),
         coarse_slices,
@@ -330,19 +430,22 @@ impl Efficiencies {
 
     /// Warnings of results that are not what they were asked to be.
     pub fn warnings(&self) -> Vec<String> {
+        let Method::Orders { truncation, slices } = self.method else {
+            return self.missed.iter().cloned().collect();
+        };
         let too_few = self.too_few_for.map(|highest| {
             format!(
                 "{}, but orders up to ±{highest} propagate; the result is that of the truncated problem",
-                kept_orders(self.truncation)
+                kept_orders(truncation)
             )
         });
         let coarse = self.coarse_slices.map(|left| {
             format!(
                 "an error of {left:.1e} is left with {}, more than aimed at; more of them are too much work",
-                count(self.slices, "slice")
+                count(slices, "slice")
             )
         });
-        let unsettled = unsettled(self.estimated_error, self.truncation);
+        let unsettled = unsettled(self.estimated_error, truncation);
         [too_few, self.missed.clone(), coarse, unsettled].into_iter().flatten().collect()
     }
 
@@ -372,10 +475,16 @@ impl Efficiencies {
             "R_total": reflected,
             "T_total": transmitted,
             "absorbed": 1.0 - reflected - transmitted,
-            "N": self.truncation,
-            "slices": self.slices,
+            "method": self.method.name(),
             "estimated_error": self.estimated_error,
         });
+        match self.method {
+            Method::Orders { truncation, slices } => {
+                json["N"] = truncation.into();
+                json["slices"] = slices.into();
+            }
+            Method::BoundaryIntegral { nodes } => json["nodes"] = nodes.into(),
+        }
         if let Some(matrices) = &self.jones {
             json["JR"] = jones::to_json(&self.orders, matrices, Side::Top);
             json["JT"] = jones::to_json(&self.orders, matrices, Side::Bottom);
@@ -475,7 +584,8 @@ mod tests {
         };
         let loose = solved(&case(r#""tolerance": 0.003"#));
         let tight = solved(&case(r#""N": 40"#));
-        assert!(loose.estimated_error <= 0.003 && loose.slices > 8);
+        let Method::Orders { slices, .. } = loose.method else { panic!("{:?}", loose.method) };
+        assert!(loose.estimated_error <= 0.003 && slices > 8);
         for o in &tight.orders {
             let same = loose
                 .orders

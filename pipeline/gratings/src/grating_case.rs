@@ -32,8 +32,10 @@ use runtime::serde_arrays::List;
 use runtime::serde_messages::key_text;
 use runtime::serde_messages::plain;
 
+use crate::boundary_integral::Outline;
+
 pub use keys::Polarization;
-use keys::{CaseKeys, LayerKeys, Mount, ReliefKeys};
+use keys::{CaseKeys, LayerKeys, Mount, ProfileKeys, ReliefKeys};
 
 /// A grating, a wave that falls on it, and how exactly to solve it.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,6 +84,8 @@ pub enum Structure {
     Layers(Vec<Layer>),
     /// A cross-section still to be cut into layers.
     Relief(Relief),
+    /// The surface between the half-spaces.
+    Profile(Outline),
 }
 
 /// How exactly to solve.
@@ -183,19 +187,26 @@ impl Case {
             return Err(wrong("n_top", expected, keys.n_top));
         }
         let layers = "layers_top_to_bottom";
-        let (structure, key, thickness) = match (keys.layers_top_to_bottom, keys.relief) {
-            (Some(all), None) => {
+        let found = (keys.layers_top_to_bottom, keys.relief, keys.profile);
+        let (structure, key, thickness) = match found {
+            (Some(all), None, None) => {
                 let all = (1..).zip(all).map(|(k, keys)| layer(keys, &format!("{layers}[{k}]")));
                 let mut all: Vec<Layer> = all.collect::<Result<_>>()?;
                 all.retain(|layer| layer.thickness > 0.0);
                 let thickness = all.iter().map(|layer| layer.thickness).sum();
                 (Structure::Layers(all), layers, thickness)
             }
-            (None, Some(keys)) => {
+            (None, Some(keys), None) => {
                 let depth = keys.depth;
                 (Structure::Relief(relief(keys, period)?), "relief.depth", depth)
             }
-            (all, _) => return Err(either(layers, "relief", all.is_some())),
+            (None, None, Some(keys)) => {
+                let outline = profile(keys, period)?;
+                let [low, high] = outline.extent();
+                (Structure::Profile(outline), "profile", high - low)
+            }
+            (None, None, None) => return Err(one_of_structures("none")),
+            _ => return Err(one_of_structures("several")),
         };
         if thickness > MAX_WAVELENGTHS * wavelength {
             let expected = format!("at most {MAX_WAVELENGTHS:e} wavelengths in all");
@@ -237,6 +248,13 @@ const MAX_INDEX: f64 = 1e6;
 /// The message that a value of a key is refused with.
 fn wrong(key: impl Display, expected: impl Display, got: impl Debug) -> Error {
     anyhow!("{key}: expected {expected}, got {got:?}")
+}
+
+/// The refusal of no structure, or of several.
+fn one_of_structures(got: &str) -> Error {
+    anyhow!(
+        "layers_top_to_bottom: expected either layers_top_to_bottom, relief or profile, got {got}"
+    )
 }
 
 /// The refusal of two keys of which one is needed, where there are `both` or neither.
@@ -329,4 +347,26 @@ fn relief(keys: ReliefKeys, period: f64) -> Result<Relief> {
     });
     let polygons = polygons.collect::<Result<_>>()?;
     Relief::new(period, depth, background, polygons).context("relief.polygons")
+}
+
+fn profile(keys: ProfileKeys, period: f64) -> Result<Outline> {
+    match (keys.sinusoid, keys.points) {
+        (Some(height), None) => {
+            let height = length("profile.sinusoid", height)?;
+            Ok(Outline::fourier(period, vec![[0.5 * height, 0.0]])?)
+        }
+        (None, Some(points)) => {
+            let corner = |(k, row): (usize, Vec<f64>)| match row[..] {
+                [x, z] => Ok(([x, z], 0.0)),
+                [x, z, turn] => Ok(([x, z], turn.to_radians())),
+                _ => {
+                    let key = format!("profile.points[{k}]");
+                    Err(wrong(key, "2 or 3 numbers", row.len()))
+                }
+            };
+            let corners = (1..).zip(points).map(corner).collect::<Result<Vec<_>>>()?;
+            Outline::arcs(period, &corners).context("profile.points")
+        }
+        (sinusoid, _) => Err(either("profile.sinusoid", "profile.points", sinusoid.is_some())),
+    }
 }

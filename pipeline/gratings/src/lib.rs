@@ -9,13 +9,16 @@
 //! | module | holds |
 //! |---|---|
 //! | [`grating_case`], [`grating`] | grating cases and their solution |
+//! | [`boundary_integral`], [`methods`] | the second method, and the choice between both |
 //! | [`interface`] | the cell of a ring for the solver, its efficiencies for a table of orders |
 //! | [`convergence`], [`near_field`] | convergence and near field of single rings |
 
+pub mod boundary_integral;
 pub mod convergence;
 pub mod grating;
 pub mod grating_case;
 pub mod interface;
+pub mod methods;
 pub mod near_field;
 
 /// Cell of a ring of the steps that the tests solve: those of 10 µm on a dome of 3.4 mm.

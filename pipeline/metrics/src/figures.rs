@@ -435,6 +435,23 @@ pub const BY_ANGLE: [Definition; 3] = [
     ),
 ];
 
+/// Fluxes on the surfaces of a receiver, as shares of the emitted flux: what comes from each side, and
+/// what of it is absorbed and goes through.
+pub const OF_SURFACE: [Definition; 6] = [
+    of_side("from_inside", "from inside"),
+    of_side("from_inside_absorbed", "from inside, absorbed"),
+    of_side("from_inside_passed", "from inside, passed"),
+    of_side("from_outside", "from outside"),
+    of_side("from_outside_absorbed", "from outside, absorbed"),
+    of_side("from_outside_passed", "from outside, passed"),
+];
+
+const fn of_side(key: &'static str, label: &'static str) -> Definition {
+    Definition { unit: Unit::Fraction, ..of_bins(key, label, NEITHER) }
+        .scaled(SHARE_SCALE)
+        .means("Share of the emitted power on a surface by the side that it comes from; each time that it comes counts.")
+}
+
 /// Former names of figures of receivers, each with the name of today.
 const FORMER: [[&str; 2]; 2] =
     [["half_angle_u_deg", BY_ANGLE[1].key], ["half_angle_v_deg", BY_ANGLE[2].key]];
@@ -481,7 +498,7 @@ pub const COLOURS_OF_RECEIVER: [Definition; 4] = [
 
 /// All figures of receivers.
 pub fn of_receivers() -> impl Iterator<Item = Definition> {
-    OF_RECEIVER.into_iter().chain(COLOURS_OF_RECEIVER)
+    OF_RECEIVER.into_iter().chain(COLOURS_OF_RECEIVER).chain(OF_SURFACE)
 }
 
 /// The figure of a form of uniformity.
@@ -547,6 +564,7 @@ mod tests {
     fn names_of_receivers_and_accounts_are_part_of_keys() {
         let key = |key: &str| find(key).map(|figure| figure.key);
         assert_eq!(key("flux.plate.2"), Some("flux"));
+        assert_eq!(key("from_inside_absorbed.sheet"), Some("from_inside_absorbed"));
         assert_eq!(key("nine_points.plate"), Some("nine_points"));
         assert_eq!(key("half_angle_u_deg.plate"), None);
         let (text, warnings) = with_names_of_today("\"half_angle_u_deg.plate\" = 90");

@@ -434,7 +434,7 @@ impl<'a> ReceiverOutput<'a> {
             quantity: self.quantity.name().to_owned(),
             unit: self.quantity.unit().symbol().to_owned(),
             files: files.to_vec(),
-            flux_unit: (!of_bins).then(|| shared.units.flux().unit().symbol().to_owned()),
+            flux_unit: Some(shared.units.flux().unit().symbol().to_owned()),
             figures,
         }
     }

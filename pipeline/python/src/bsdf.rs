@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! BSDFs for Python: `batwing._native.Surface`.
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, anyhow, bail};
+use bsdf::angular_basis::{AngularBasis, OrientedBasis};
+use bsdf::direction::spherical;
+use bsdf::measured::{CellDistribution, IncidentNode, ScatterTable};
 use bsdf::native;
 use bsdf::{
-    Bsdf, Grid, LobeKind, LobeMotion, OrderTable, Polarisation, Side, TableHeader, Transport,
+    Bsdf, Grid, LobeKind, LobeMotion, MeasuredBsdf, OrderTable, Polarisation, Side, TableHeader,
+    Transport,
 };
 use formats::convert::Resolution;
 use glam::DVec3;
@@ -23,13 +28,14 @@ use rcwa::incidence_grid::{GridRequest, solve_adaptive};
 
 use arrays::order_tables::{EXTENSION, read_table, write_table};
 use design::resolved::incidence_grid::{FIRST_KX, MAX_KX, MAX_KY, first_ky};
-use formats::content;
+use formats::content::{self, Content, ScatterFile};
 use formats::tables::{self, CellTable, Fineness};
 use formats::{Holds, Writes, words};
 use gratings::interface::efficiency_rows;
 use pipeline::commands::file_formats::nanometres;
 use runtime::atomic_file::write_atomic;
 
+use crate::command::with_warnings;
 use crate::errors::to_python;
 use crate::job::{self, Job};
 use crate::rcwa::{Interface, array, resolution};
@@ -85,13 +91,41 @@ fn read(path: &Path, indices: [f64; 2], shifted: bool, inner: bool) -> anyhow::R
         return Ok(Surface::of_table(read_table(path)?));
     }
     let content = content::read(path)?;
-    if let content::Content::Orders(table) = content {
+    if let Content::Orders(table) = content {
         return Ok(Surface { bsdf: Arc::clone(&table) as Arc<dyn Bsdf>, table: Some(table) });
     }
-    let between = if shifted { LobeMotion::Shifted } else { LobeMotion::Fixed };
     let side = if inner { Side::Inner } else { Side::Outer };
-    let bsdf = content.bsdf(&path.display().to_string(), indices, between, side)?;
+    let bsdf = content.bsdf(&path.display().to_string(), indices, motion(shifted), side)?;
     Ok(Surface { bsdf, table: None })
+}
+
+fn motion(shifted: bool) -> LobeMotion {
+    if shifted { LobeMotion::Shifted } else { LobeMotion::Fixed }
+}
+
+/// Light from the inner side, transmitted; polar angles and azimuths of `wi`, and for all their
+/// combinations polar angles and azimuths of `wo` and the BSDF over them, 1/sr, azimuth by azimuth.
+/// Polar angles are those to the normal of the side; all are in degrees and ascend.
+type Part<'py> =
+    (bool, bool, Vec<f64>, Vec<f64>, Vec<(Vec<f64>, Vec<f64>, PyReadonlyArray1<'py, f64>)>);
+
+fn scatter_table(
+    (inner, transmitted, thetas, phis, values): &Part<'_>,
+) -> (Side, Transport, ScatterTable) {
+    let [thetas, phis] =
+        [thetas, phis].map(|a| a.iter().map(|d| d.to_radians()).collect::<Vec<_>>());
+    let incidences = thetas.iter().flat_map(|theta| phis.iter().map(move |phi| (*theta, *phi)));
+    let nodes = incidences.zip(values).map(|((theta, phi), (polar, azimuths, values))| {
+        let cells = Arc::new(AngularBasis::around_points(azimuths, polar, 90.0));
+        let basis = OrientedBasis::about_normal(&cells);
+        let values = values.as_array();
+        let distribution = CellDistribution::new(basis, values.iter().copied(), None);
+        IncidentNode { wi: spherical(theta, phi), distribution }
+    });
+    let nodes = nodes.collect();
+    let side = if *inner { Side::Inner } else { Side::Outer };
+    let transport = if *transmitted { Transport::Transmission } else { Transport::Reflection };
+    (side, transport, ScatterTable::Grid { thetas, phis, nodes, end: FRAC_PI_2 })
 }
 
 #[pymethods]
@@ -105,7 +139,25 @@ impl Surface {
         shifted: bool,
         inner: bool,
     ) -> PyResult<Self> {
-        job::run(py, None, move |_| read(&path, indices, shifted, inner))
+        with_warnings(py, None, &[], move |_| read(&path, indices, shifted, inner))
+    }
+
+    /// From the BSDF over cells of direction, by side and transport; checked as that of files.
+    #[staticmethod]
+    fn from_cells(
+        py: Python<'_>,
+        parts: Vec<Part<'_>>,
+        indices: [f64; 2],
+        shifted: bool,
+    ) -> PyResult<Self> {
+        let tables: Vec<_> = parts.iter().map(scatter_table).collect();
+        with_warnings(py, None, &[], move |_| {
+            let surface =
+                move |indices, between| MeasuredBsdf::new(indices, between, tables.iter().cloned());
+            let file = Content::Scatter(ScatterFile::two_sided("values", surface));
+            let bsdf = file.bsdf("values", indices, motion(shifted), Side::Outer);
+            Ok(Self { bsdf: bsdf.context("values")?, table: None })
+        })
     }
 
     /// From the bytes of the native format.
@@ -393,7 +445,8 @@ pub fn design_cell(
     folder: PathBuf,
     ring: usize,
 ) -> PyResult<CellParts> {
-    job::run(py, None, move |_| {
+    let names = [name.clone()];
+    with_warnings(py, None, &names, move |_| {
         let design = simulate::scene_check::parse(&name, &text, &folder)?;
         let cell = simulate::cells::ring(&design, ring)?;
         Ok((

@@ -82,24 +82,31 @@ pub fn call(
 ) -> PyResult<()> {
     let cli = parsed(py, arguments)?;
     let threads = cli.common.threads.map(usize::from);
+    let names = names(texts.as_ref());
     let work = move |job: &Job| match texts.filter(|texts| !texts.is_empty()) {
         Some(texts) => cli.run_texts(texts, &folder.unwrap_or_default(), &job.interrupt),
         None => cli.run_until(&job.interrupt),
     };
-    with_warnings(py, threads, work)
+    with_warnings(py, threads, &names, work)
 }
 
-/// Runs `work`, whose warnings are Python warnings, also of work that fails.
-fn with_warnings<T: Send + 'static>(
+/// Names of texts.
+fn names(texts: Option<&Texts>) -> Vec<String> {
+    texts.into_iter().flat_map(|texts| texts.keys().cloned()).collect()
+}
+
+/// Runs `work` on the texts `names`, whose warnings are Python warnings, also of work that fails.
+pub fn with_warnings<T: Send + 'static>(
     py: Python<'_>,
     threads: Option<usize>,
+    names: &[String],
     work: impl FnOnce(&Job) -> anyhow::Result<T> + Send + 'static,
 ) -> PyResult<T> {
     let (outcome, warnings) = job::run(py, threads, move |job| Ok(collecting(|| work(job))))?;
     if !warnings.is_empty() {
         py.import("batwing._show")?.call_method1("warn_of_design", (warnings,))?;
     }
-    outcome.map_err(|error| crate::errors::to_python(py, &error))
+    outcome.map_err(|error| crate::errors::of_texts(py, &error, names))
 }
 
 /// Name of an array, its numbers, name, unit and edges of each axis, and quantity and unit of the
@@ -124,8 +131,9 @@ pub fn run(
     let cli = parsed(py, arguments)?;
     let threads = cli.common.threads.map(usize::from);
     let (texts, folder) = (texts.unwrap_or_default(), folder.unwrap_or_default());
-    let (json, models) =
-        with_warnings(py, threads, move |job| cli.run_in_memory(&texts, &folder, &job.interrupt))?;
+    let names = names(Some(&texts));
+    let work = move |job: &Job| cli.run_in_memory(&texts, &folder, &job.interrupt);
+    let (json, models) = with_warnings(py, threads, &names, work)?;
     let axis = |axis: &Axis| {
         let quantity = axis.quantity();
         let unit = quantity.unit().suffix().to_owned();

@@ -31,8 +31,12 @@ impl Parts {
             Some((expected, got)) => (expected, Some(got.split(';').next().unwrap_or(got))),
             None => (after, None),
         };
-        let last = before.rsplit(": ").next().unwrap_or(before);
+        let (before, last) = before.rsplit_once(": ").unwrap_or(("", before));
         let (key, beside) = match last.split_once(" = ") {
+            // The key that does not exist stands before.
+            _ if last.starts_with("no such key") => {
+                (before.rsplit(": ").next().unwrap_or(before), Some(last))
+            }
             Some((key, got)) => (key, Some(got)),
             None => (last, None),
         };
@@ -78,7 +82,22 @@ fn raised(py: Python<'_>, class: &str, message: &str, parts: Parts) -> PyErr {
 
 /// An error of the crates.
 pub fn to_python(py: Python<'_>, error: &anyhow::Error) -> PyErr {
-    let message = exit::message(error);
+    of_texts(py, error, &[])
+}
+
+/// The message without the place in the text `name`, which nobody has seen.
+fn without_place(message: &str, name: &str) -> Option<String> {
+    let (before, after) = message.split_once(&format!("{name}: line "))?;
+    let (place, rest) = after.split_once(": ")?;
+    let is_place = place.split(", column ").all(|number| number.parse::<usize>().is_ok());
+    is_place.then(|| format!("{before}{name}: {rest}"))
+}
+
+/// An error of the crates on texts that were made of dicts of Python.
+pub fn of_texts(py: Python<'_>, error: &anyhow::Error, names: &[String]) -> PyErr {
+    let message = names.iter().fold(exit::message(error), |message, name| {
+        without_place(&message, name).unwrap_or(message)
+    });
     let (class, parts) = class_of(error, &message);
     raised(py, class, &message, parts)
 }

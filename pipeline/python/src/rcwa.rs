@@ -4,6 +4,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use anyhow::ensure;
+use gratings::methods::{choose, directions_by_integrals, missed};
 use num_complex::Complex64;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -100,15 +101,16 @@ impl<T: numpy::Element> Dense<T> {
 
 /// Orders of one half-space for Python.
 type Half<'py, T> = (i32, Array<'py, T>);
-/// Efficiencies of both half-spaces, Jones matrices of both, |R + T - 1|, problems; highest order,
-/// slices and estimated error, the latter where it is asked for; warning.
+/// Efficiencies of both half-spaces, Jones matrices of both, |R + T - 1|, problems; highest order and
+/// slices (0 by boundary integrals), nodes (0 by orders) and estimated error, the latter where it is
+/// asked for; warning.
 type Solution<'py> = (
     Half<'py, f64>,
     Half<'py, f64>,
     Option<(Half<'py, Complex64>, Half<'py, Complex64>)>,
     f64,
     usize,
-    (usize, usize, Option<f64>),
+    ResolutionParts,
     Option<String>,
 );
 /// Electric and magnetic field, index, flux, R, T.
@@ -156,15 +158,20 @@ fn held<K: PartialEq, V: Clone>(
     Ok(value)
 }
 
+/// Highest order and slices, nodes, error.
+type ResolutionParts = (usize, usize, usize, Option<f64>);
 /// Orders of both half-spaces as arrays, their Jones matrices, |R + T - 1|, problems, resolution.
-type Halves =
-    ([Dense<f64>; 2], Option<[Dense<Complex64>; 2]>, f64, usize, (usize, usize, Option<f64>));
+type Halves = ([Dense<f64>; 2], Option<[Dense<Complex64>; 2]>, f64, usize, ResolutionParts);
 
-fn halves(solved: &SolvedDirections, jones: bool, at: &Resolution, error: Option<f64>) -> Halves {
+fn halves(solved: &SolvedDirections, jones: bool, resolution: ResolutionParts) -> Halves {
     let all = &solved.orders;
     let matrices = jones.then(|| Side::BOTH.map(|half_space| dense(all, |o| &o.jones, half_space)));
-    let resolution = (at.truncation.highest(), at.plan.count(), error);
     (efficiencies(all), matrices, solved.balance, solved.problems, resolution)
+}
+
+/// Highest order and slices of a resolution, with the error.
+fn parts(at: &Resolution, error: Option<f64>) -> ResolutionParts {
+    (at.truncation.highest(), at.plan.count(), 0, error)
 }
 
 #[pymethods]
@@ -260,27 +267,38 @@ impl Interface {
             let mut warning = None;
             let (at, known_error) = if let Some(tolerance) = tolerance {
                 let watch = &job.watch();
-                let first = || first_resolution(&interface, tolerance, watch);
-                let request = ToleranceRequest {
-                    interface: &interface,
-                    side,
-                    directions: &directions,
-                    tolerance,
-                    first: held(&table, tolerance.to_bits(), first)?,
+                let integrals = || {
+                    let incident = (side, (!jones).then_some(directions.as_slice())?);
+                    let found = directions_by_integrals(&interface, incident, tolerance, watch);
+                    let (solved, nodes, error) = found?;
+                    let said = missed(tolerance, nodes, error);
+                    Some((error, (solved, (0, 0, nodes, Some(error)), None, said)))
                 };
-                let mut found = converge_directions(&request, watch)?;
-                let error = found.errors.sum();
-                if error >= NOTHING_KNOWN {
-                    found = found.within(tolerance)?;
+                let by_orders = || {
+                    let first = || first_resolution(&interface, tolerance, watch);
+                    let request = ToleranceRequest {
+                        interface: &interface,
+                        side,
+                        directions: &directions,
+                        tolerance,
+                        first: held(&table, tolerance.to_bits(), first)?,
+                    };
+                    let mut found = converge_directions(&request, watch)?;
+                    let error = found.errors.sum();
+                    if error >= NOTHING_KNOWN {
+                        found = found.within(tolerance)?;
+                    }
+                    let said = found.missed(tolerance, found.resolution.plan.count());
+                    let parts = parts(&found.resolution, Some(error));
+                    Ok((error, (found.answer, parts, Some(found.resolution), said)))
+                };
+                let found = choose::<_, rcwa::Error>(&interface, tolerance, integrals, by_orders)?;
+                let (error, (solved, parts, at, said)) = found;
+                warning = said;
+                match at.filter(|_| jones) {
+                    Some(at) => (at, Some(error)),
+                    None => return Ok((halves(&solved, false, parts), warning)),
                 }
-                warning = found.missed(tolerance, found.resolution.plan.count());
-                if !jones {
-                    return Ok((
-                        halves(&found.answer, jones, &found.resolution, Some(error)),
-                        warning,
-                    ));
-                }
-                (found.resolution, Some(error))
             } else {
                 (resolution(&interface, orders, slices)?, None)
             };
@@ -300,7 +318,7 @@ impl Interface {
             } else {
                 known_error
             };
-            Ok((halves(&solved, jones, &at, error), warning))
+            Ok((halves(&solved, jones, parts(&at, error)), warning))
         };
         let (([upper, lower], matrices, balance, problems, resolution), warning) =
             job::run(py, threads, work)?;
@@ -444,7 +462,7 @@ pub fn floating_ridges(
     Some((sides.into_iter().map(Side::name).collect(), words))
 }
 
-/// Index n + ik at wavelengths in micrometres from a material file of refractiveindex.info.
+/// Index n + ik at wavelengths in micrometres from the text of a material file.
 #[pyfunction]
 pub fn material_indices(
     py: Python<'_>,
@@ -452,7 +470,7 @@ pub fn material_indices(
     wavelengths_um: Vec<f64>,
 ) -> PyResult<Vec<Complex64>> {
     let read = || -> anyhow::Result<Vec<Complex64>> {
-        let material = rcwa::material::Material::from_yaml(text)?;
+        let material = rcwa::material::Material::from_text(text, None)?;
         let indices = wavelengths_um.iter().map(|&w| Ok(material.index_at(w)?.complex()));
         indices.collect()
     };

@@ -66,6 +66,21 @@ CASES: list[tuple[str, Callable[[], object], str, str]] = [
     ("not a polygon", lambda: rcwa.Relief(1.0, 0.2, 1.0, [3]), "polygons[1]", "int 3"),  # type: ignore[list-item]
     ("two spellings", lambda: solve(polarisation="s", polarization="p"), "polarization", "s"),
     ("wavelength 0", lambda: solve(wavelength_um=[0.5, 0.0]), "wavelength_um", "0.0"),
+    ("a relief", lambda: rcwa.solve(grating().relief, 0.55), "grating", "a Relief"),  # type: ignore[arg-type]
+    ("no grating", lambda: rcwa.hemisphere(None, 0.55), "grating", "NoneType None"),  # type: ignore[arg-type]
+    ("a dict", lambda: rcwa.near_field({"a": 1}, 0.55), "grating", "dict {'a': 1}"),  # type: ignore[arg-type]
+    ("amplitudes", lambda: rcwa.jones("x", [0.5, 0.6]), "grating", "str 'x'"),  # type: ignore[arg-type]
+    ("table of a relief", lambda: bsdf.build(grating().relief, 0.55), "grating", "a Relief"),  # type: ignore[arg-type]
+    ("no table", lambda: bsdf.compare(3, 4), "first", "int 3"),  # type: ignore[arg-type]
+    ("a case", lambda: rcwa.solve_case(5), "case", "int 5"),  # type: ignore[arg-type]
+    ("unknown key", lambda: rcwa.solve_case({"periodd": 1}), "periodd", "no such key"),
+    ("flat pattern", lambda: simulate.zones({}, [0, 1]), "pattern", "shape (2,)"),
+    ("pattern nan", lambda: simulate.zones({}, [[0, np.nan]]), "pattern", "nan at [1, 2]"),
+    ("bright", lambda: simulate.zones({}, [[0, 1.5]]), "pattern", "1.5 at [1, 2]"),
+    ("zones", lambda: simulate.zones({}, [[1]], zones=(0, 1)), "zones", "0"),
+    ("packages", lambda: simulate.zones({}, [[1]], packages=5), "packages", "int 5"),  # type: ignore[arg-type]
+    ("fine zones", lambda: simulate.zones({}, [[1]], model="all"), "model", "all"),  # type: ignore[arg-type]
+    ("section", lambda: simulate.full_wave(3), "design", "int 3"),  # type: ignore[arg-type]
     ("missing table", lambda: bsdf.read("no-such.bworders"), "no-such.bworders", ""),
     ("missing folder", lambda: simulate.load("no-such-folder"), "no-such-folder", ""),
 ]
@@ -93,6 +108,40 @@ def test_a_key_of_a_design_is_named() -> None:
         design.check()
     assert caught.value.key == "led.reflectance" and caught.value.got == "7"
     assert "1" in str(caught.value.expected)
+
+
+@pytest.mark.parametrize(
+    "key, value, said",
+    [
+        ("led.reflectance", "x", "led.reflectance: expected a number"),
+        ("led.reflectanc", 0.5, "led.reflectanc: no such key"),
+        ("ledd", {"size_mm": 3}, "ledd: no such key"),
+        ("solids", [{"name": "a", "kind": "sphere"}], "solids[1].radius_mm: expected a value"),
+    ],
+)
+def test_dicts_cite_their_keys_and_no_lines(key: str, value: Any, said: str) -> None:
+    """The text that was made of a dict is nothing that its author has seen."""
+    design = simulate.Design.template().with_values({key: value})
+    problem = {"name": "p", "design": design, "variables": [{"key": "array.pitch_mm", "too": 1}]}
+    for call in (
+        design.check,
+        lambda: simulate.run(design.data),
+        lambda: simulate.full_wave(design),
+        lambda: simulate.zones(design, [[1.0]]),
+        lambda: design.ring(1),
+    ):
+        with pytest.raises(batwing.InputError) as caught:
+            call()
+        assert str(caught.value).startswith(f"design.toml: {said}"), str(caught.value)
+        assert caught.value.key == said.split(":")[0]
+    with pytest.raises(batwing.InputError, match=r"problem.toml: variables\[1\].too: no such key"):
+        simulate.optimise(problem)
+
+
+def test_files_keep_their_lines(tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text("name = 3\n")
+    with pytest.raises(batwing.InputError, match="bad.toml: line 1, column 8: name: expected a text"):
+        simulate.run(tmp_path / "bad.toml")
 
 
 def test_fewer_orders_than_propagate_are_refused() -> None:

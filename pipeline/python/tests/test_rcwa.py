@@ -300,6 +300,21 @@ def test_given_orders_state_their_error() -> None:
     assert abs(coarse.total_reflected - fine.total_reflected) < coarse.estimated_error < 0.1
 
 
+def test_metal_to_a_tolerance_is_solved_by_boundary_integrals() -> None:
+    """Aluminium in the mount of Littrow: the value of tests/physics/boundary_integral.rs."""
+    depth, metal = 0.25767016473231424, 0.7 + 5.7j
+    points = [[0.0, depth], [0.7441070388230842, 0.0], [1 / 1.2, depth]]
+    relief = rcwa.Relief(1 / 1.2, depth, 1.0, [rcwa.Polygon(metal, points)])
+    grating = rcwa.Grating(relief, top=1.0, bottom=metal)
+    found = rcwa.solve(grating, 0.5461, 19.12680840778394, polarisation="both", tolerance=1e-3)
+    assert found.method == "boundary integral" and found.nodes > 20
+    assert (found.orders, found.slices) == (0, 0)
+    assert found.estimated_error is not None and found.estimated_error <= 1e-3
+    littrow = found.reflected[..., list(found.orders_reflected).index(-1)]
+    np.testing.assert_allclose(littrow, [0.66542, 0.89119], atol=1e-3)
+    assert rcwa.solve(grating, 0.5461, 10.0, orders=6, slices=4).method == "orders"
+
+
 def test_a_case_upside_down_is_warned_of() -> None:
     triangle = {"n": [1.5, 0], "points": [[0, 0], [1, 0], [0.5, 0.3]]}
     case = {

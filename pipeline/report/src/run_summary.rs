@@ -34,7 +34,7 @@ pub fn plain_text(design: &DesignResult) -> String {
 fn block(design: &str, model: &ModelResult) -> String {
     let paths = thousands(model.paths);
     let mut text = format!("{design}, {}: {paths} paths\n", model.label);
-    light(&mut text, &model.ledger);
+    light(&mut text, &model.ledger, model.photons.as_ref());
     films(&mut text, &model.ledger);
     uniformity(&mut text, model);
     far_field(&mut text, model);
@@ -68,11 +68,19 @@ fn films(text: &mut String, ledger: &Ledger) {
     }
 }
 
-fn light(text: &mut String, ledger: &Ledger) {
-    text.push_str(" light, of what the sources emit\n");
+fn light(text: &mut String, ledger: &Ledger, photons: Option<&Ledger>) {
+    let heading = "light, of what the sources emit";
+    let columns = photons.map_or("", |_| "photons");
+    let _ =
+        writeln!(text, "{}", format!(" {heading:<w$}{columns}", w = NAMES + 1 + COLUMN).trim_end());
+    let shares = |key: &str, share: Estimate| {
+        let photons = photons.and_then(|photons| photons.account(key)).map(percent);
+        let cells = [percent(share)].into_iter().chain(photons);
+        in_columns(COLUMN, cells).trim_end().to_owned()
+    };
     for (key, name) in [("escaped_up", "up"), ("escaped_down", "down")] {
         if let Some(estimate) = ledger.account(key) {
-            line(text, name, &percent(estimate));
+            line(text, name, &shares(key, estimate));
         }
     }
     let mut lost = Estimate::new(0.0, 0.0);
@@ -84,7 +92,7 @@ fn light(text: &mut String, ledger: &Ledger) {
         if key.starts_with("lost_") {
             lost = together(lost, share);
         } else if share.value > NEGLIGIBLE {
-            line(text, &key.replace('_', " "), &percent(share));
+            line(text, &key.replace('_', " "), &shares(key, share));
         }
     }
     line(text, "lost", &percent(lost));
@@ -268,6 +276,7 @@ mod tests {
                 ],
                 ..Ledger::default()
             },
+            photons: None,
             counters: Vec::new(),
             tables: Vec::new(),
             spectrum: None,

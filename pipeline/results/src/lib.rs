@@ -99,6 +99,8 @@ pub struct ModelResult {
     pub figures: Vec<Figure>,
     /// Ledger of the power, as shares of the emitted power.
     pub ledger: Ledger,
+    /// Ledger of the photons of converted light, as shares of those emitted.
+    pub photons: Option<Ledger>,
     /// Rare events the tracer counted, by name.
     pub counters: Vec<(String, f64)>,
     /// Tables used: what each says of itself.
@@ -294,6 +296,7 @@ impl ModelResult {
         ModelEntry {
             figures: self.figures.iter().map(|f| (f.key.to_string(), f.entry)).collect(),
             power_ledger: self.ledger.clone(),
+            photon_ledger: self.photons.clone(),
             counters: self.counters.iter().cloned().collect(),
             paths: self.paths,
             units: self.units(),
@@ -346,6 +349,7 @@ mod tests {
                 accounts: vec![("escaped".to_owned(), Estimate::new(0.9, 0.01))],
                 ..Ledger::default()
             },
+            photons: None,
             counters: Vec::new(),
             tables: Vec::new(),
             files: Vec::new(),

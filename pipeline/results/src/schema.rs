@@ -126,6 +126,9 @@ pub struct ModelEntry {
     pub figures: BTreeMap<String, FigureEntry>,
     /// Ledger of the power.
     pub power_ledger: Ledger,
+    /// Ledger of the photons of converted light, as shares of those emitted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub photon_ledger: Option<Ledger>,
     /// Mean counts of a path.
     pub counters: BTreeMap<String, f64>,
     /// Paths traced.
@@ -477,6 +480,7 @@ impl<'de> Deserialize<'de> for ModelEntry {
                 while let Some(key) = map.next_key::<String>()? {
                     match key.as_str() {
                         "power_ledger" => ledger = Some(map.next_value()?),
+                        "photon_ledger" => model.photon_ledger = map.next_value()?,
                         "counters" => counters = Some(map.next_value()?),
                         "paths" => paths = Some(map.next_value()?),
                         "units" => units = Some(map.next_value()?),

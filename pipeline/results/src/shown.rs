@@ -6,7 +6,7 @@
 
 use metrics::digits::{Digits, format_value_with_error, shortest, significant};
 use metrics::figures::{
-    self, BEAM_ANGLE, BY_ANGLE, COLOURS_OF_RECEIVER, FIELD_ANGLE, OF_RECEIVER, Source,
+    self, BEAM_ANGLE, BY_ANGLE, COLOURS_OF_RECEIVER, FIELD_ANGLE, OF_RECEIVER, OF_SURFACE, Source,
 };
 use metrics::kinds::Weighting;
 use metrics::quantity::Unit;
@@ -209,30 +209,15 @@ pub fn emitted(flux: &Emitted, spectrum: Option<&SpectrumEntry>) -> String {
     }
 }
 
-/// Keys and labels of the fluxes on a surface.
-pub const FLUXES: [(&str, &str); 6] = [
-    ("from_inside", "from inside"),
-    ("from_inside_absorbed", "from inside, absorbed"),
-    ("from_inside_passed", "from inside, passed"),
-    ("from_outside", "from outside"),
-    ("from_outside_absorbed", "from outside, absorbed"),
-    ("from_outside_passed", "from outside, passed"),
-];
-
 /// Labels and values of the figures of a receiver: fluxes of a surface, or flux, mean and extremes,
 /// colours; of a dark one the bounds of flux and mean.
 pub fn of_receiver(receiver: &ReceiverEntry) -> impl Iterator<Item = (&'static str, String)> {
     let is_dark = receiver.figures.get("mean").is_some_and(|mean| mean.upper_bound.is_some());
     let shown = OF_RECEIVER.into_iter().take(if is_dark { 2 } else { OF_RECEIVER.len() });
-    let read = shown.chain(COLOURS_OF_RECEIVER).filter_map(|figure| {
+    shown.chain(COLOURS_OF_RECEIVER).chain(OF_SURFACE).filter_map(|figure| {
         let (entry, unit) = receiver.figure(figure.key)?;
         Some((figure.label, text(entry, unit)))
-    });
-    let of_surface = FLUXES.into_iter().filter_map(|(key, label)| {
-        let unit = Unit::from_name(receiver.flux_unit.as_deref()?)?;
-        Some((label, text(receiver.figures.get(key)?, unit)))
-    });
-    read.chain(of_surface)
+    })
 }
 
 /// `value` as a multiple of `step`, a power of ten, to which `whole` rounds it, in as few digits as

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Figures of a stored model by their keys in the registry, wherever `results.json` holds them.
 
-use metrics::figures;
+use metrics::figures::{self, OF_RECEIVER, OF_SURFACE};
 use metrics::photopic::LUMENS_PER_WATT;
 use metrics::quantity::Unit;
 
@@ -24,9 +24,10 @@ impl ModelEntry {
         }
         let (figure, name) = key.split_once('.')?;
         let (entry, unit) = self.receivers.as_ref()?.get(name)?.figure(figure)?;
-        match figure {
-            "flux" => Some((entry.times(1.0 / self.emitted(unit)), Unit::Fraction)),
-            _ => Some((*entry, unit)),
+        if is_flux(figure) {
+            Some((entry.times(1.0 / self.emitted(unit)), Unit::Fraction))
+        } else {
+            Some((*entry, unit))
         }
     }
 
@@ -53,15 +54,20 @@ impl AbsoluteFigure {
 impl ReceiverEntry {
     /// A figure with its unit.
     pub fn figure(&self, key: &str) -> Option<(&FigureEntry, Unit)> {
-        let unit = match key {
-            "flux" => Unit::from_name(self.flux_unit.as_deref()?)?,
-            _ => match figures::of_receivers().find(|known| known.key == key)?.unit {
-                Unit::WattPerSquareMillimetre => Unit::from_name(&self.unit)?,
-                unit => unit,
-            },
+        let known = figures::of_receivers().find(|known| known.key == key)?;
+        let unit = match known.unit {
+            // Fluxes of surfaces had no unit beside that of the files.
+            _ if is_flux(key) => Unit::from_name(self.flux_unit.as_ref().unwrap_or(&self.unit))?,
+            Unit::WattPerSquareMillimetre => Unit::from_name(&self.unit)?,
+            unit => unit,
         };
         Some((self.figures.get(key)?, unit))
     }
+}
+
+/// True of figures of receivers that files hold as flux, and the registry as a share of the emitted.
+fn is_flux(key: &str) -> bool {
+    key == OF_RECEIVER[0].key || OF_SURFACE.iter().any(|figure| figure.key == key)
 }
 
 #[cfg(test)]
@@ -108,12 +114,16 @@ mod tests {
         }
         let plate = json!({"kind": "plane", "quantity": "illuminance", "unit": "lx", "flux_unit": "lm",
             "files": [], "flux": figure(68.3), "mean": figure(9000.0)});
+        let sheet = json!({"kind": "surface", "quantity": "radiant flux", "unit": "W", "files": [],
+            "from_inside": figure(0.2), "from_inside_absorbed": figure(0.1)});
         let per_watt: ModelEntry = serde_json::from_value(json!({
             "power_ledger": {"emitted": figure(1.0)}, "counters": {}, "paths": 1, "units": {},
-            "receivers": {"plate": plate},
+            "receivers": {"plate": plate, "sheet": sheet},
         }))
         .expect("a model");
         let (share, unit) = per_watt.figure("flux.plate").expect("a flux");
         assert_eq!(shown::text(&share, unit), "10.00 ± 0.10 %");
+        let (share, unit) = per_watt.figure("from_inside.sheet").expect("a flux");
+        assert_eq!(shown::text(&share, unit), "20.00 ± 0.20 %");
     }
 }

@@ -5,6 +5,7 @@ use design::Design;
 use design::resolved::EmittedFlux;
 use design::resolved::array::PackagePositions;
 use design::resolved::dome::Dome;
+use design::resolved::films::Coats;
 use design::resolved::led::{BoxPlace, Led};
 use design::resolved::luminescence::MediumLuminophore;
 use design::resolved::medium::Medium;
@@ -72,11 +73,12 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
     line(
         "LED",
         format!(
-            "{} x {} x {} mm, reflectance {}{}",
+            "{} x {} x {} mm, {}{}{}",
             shortest(l.size_mm[0]),
             shortest(l.size_mm[1]),
             shortest(l.height_mm),
-            reflects(l.reflector),
+            reflecting(l.reflector, design.films.as_ref().map(|films| &films.led[0])),
+            sides(design),
             moved(l)
         ),
     );
@@ -96,12 +98,9 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
     let m = &design.mirror;
     line(
         "mirror",
-        match (design.files.mirror(), &design.films) {
-            (Some(_), _) => "by a file".to_owned(),
-            (None, Some(films)) if films.mirror.substrate.is_some() => {
-                format!("thin films on metal, {} of what they reflect", m.reflector.reflectance())
-            }
-            (None, _) => format!("reflectance {}", reflects(m.reflector)),
+        match design.files.mirror() {
+            Some(_) => "by a file".to_owned(),
+            None => reflecting(m.reflector, design.films.as_ref().map(|films| &films.mirror)),
         },
     );
     let around = [("film stack", treatment(design).describe()), ("housing", housing(design))];
@@ -276,7 +275,10 @@ fn array(design: &Design) -> String {
         PackagePositions::List { positions_mm, file } => {
             let packages = count(positions_mm.len(), "package");
             let [x, y] = extent(&layout(design)).map(shortest);
-            format!("{packages} at the positions of {file}, {x} x {y} mm between outermost axes")
+            let powers = if design.array.drives.is_some() { " and powers" } else { "" };
+            format!(
+                "{packages} at the positions{powers} of {file}, {x} x {y} mm between outermost axes"
+            )
         }
         PackagePositions::Grid { columns, rows, arrangement } => {
             let hexagonal = match arrangement {
@@ -470,6 +472,21 @@ fn dome(design: &Design) -> String {
 }
 
 /// Reflectance and law of reflection in words.
+/// A reflector, which may be of metal.
+fn reflecting(reflector: Reflector, coats: Option<&Coats>) -> String {
+    if coats.is_some_and(|coats| coats.substrate.is_some()) {
+        return format!("thin films on metal, {} of what they reflect", reflector.reflectance());
+    }
+    format!("reflectance {}", reflects(reflector))
+}
+
+/// The sides of the LED, where they are not as its top.
+fn sides(design: &Design) -> String {
+    let coats = design.films.as_ref().map(|films| &films.led[1]);
+    let sides = design.led.sides.map(|sides| format!("; sides {}", reflecting(sides, coats)));
+    sides.unwrap_or_default()
+}
+
 fn reflects(reflector: Reflector) -> String {
     match reflector {
         Reflector::Specular { reflectance } => format!("{reflectance}, specular"),

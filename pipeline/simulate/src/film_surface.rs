@@ -23,6 +23,7 @@ pub fn surface(design: &Design, paths: u64, seed: u64) -> Result<StackSurface> {
         .with_context(|| format!("{file}: films: expected at least one table, got none"))?;
     let high = ends.next_back().map_or(top, |([_, high], _)| high);
     let is_no_stack = film_table::other_lengths(&films, size_mm)
+        .or_else(|| film_table::printed_film(design))
         .or_else(|| film_table::body_in_stack(design, [low, high]));
     if let Some(why) = is_no_stack {
         bail!(

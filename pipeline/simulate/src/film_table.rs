@@ -17,6 +17,7 @@ use design::resolved::dome::Dome;
 use design::resolved::reflector::Reflector;
 use design::resolved::solids::{CheckedSolid, LEAST_MM, Orientation};
 use design::schema::FilmTracing;
+use design::schema::prints::Print;
 use design::schema::solids::Per;
 use metrics::kinds::Carrying;
 use runtime::store::program_sha256;
@@ -80,6 +81,7 @@ pub fn treatment(design: &Design) -> FilmTreatment {
     let why = (design.trace.films == FilmTracing::Traced)
         .then(|| "trace.films = \"traced\"".to_owned())
         .or_else(|| other_lengths(&films, *size_mm))
+        .or_else(|| printed_film(design))
         .or_else(|| body_in_stack(design, ends_mm))
         .or_else(|| reading_in_stack(design, &films, ends_mm))
         .or_else(|| narrow_source(design))
@@ -104,6 +106,12 @@ pub(super) fn other_lengths(films: &[&CheckedSolid], size_mm: [f64; 2]) -> Optio
     };
     let film = films.iter().find(differs)?;
     Some(format!("film {:?} has lengths of its own", film.name()))
+}
+
+/// A film that is not the same everywhere.
+pub(super) fn printed_film(design: &Design) -> Option<String> {
+    let print = design.prints.iter().find(|print| print.stated.on != Print::MIRROR)?;
+    Some(format!("ink on {} differs from place to place", print.stated.on))
 }
 
 /// True of a stretch of heights that reaches into the stack.
@@ -209,8 +217,8 @@ fn mirrors_light(design: &Design) -> bool {
     };
     let housing = design.housing.as_ref();
     let of_housing = housing.into_iter().flat_map(|h| [Some(h.reflector), h.floor]).flatten();
-    let mut reflectors =
-        [design.mirror.reflector, design.led.reflector].into_iter().chain(of_housing);
+    let own = [design.mirror.reflector, design.led.reflector].into_iter().chain(design.led.sides);
+    let mut reflectors = own.chain(of_housing);
     let mut solids = design.solids.iter().filter(|solid| !solid.is_film());
     reflectors.any(is_mirror)
         || design.files.mirror().is_some()

@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use design::Design;
+use metrics::extraction::Ledger;
 use metrics::kinds::Carrying;
 use results::ModelResult;
 use results::schema::PolarizationEntry;
@@ -19,13 +20,15 @@ pub fn folder(design: &Design, model: Model) -> PathBuf {
 /// The result of a model: figures, ledger, counters; without tables.
 pub fn model_result(design: &Design, model: Model, observation: &Observation) -> ModelResult {
     let one_path = 1.0 / observation.paths as f64;
-    let ledger = observation.ledger();
+    let known =
+        |ledger: Ledger| ledger.with_one_path(|account| of_one_path(design, account, one_path));
     ModelResult {
         key: model.key(design),
         label: model.label(design),
         paths: observation.paths,
         figures: observation.figures(design),
-        ledger: ledger.with_one_path(|account| of_one_path(design, account, one_path)),
+        ledger: known(observation.ledger()),
+        photons: observation.photon_ledger().map(known),
         counters: observation.counters(),
         tables: Vec::new(),
         spectrum: None,

@@ -73,6 +73,8 @@ pub struct Observation {
     /// Lumens of each account of the ledger over 683, of converted light that is counted in lumens. Map,
     /// far field and receivers then hold the same in place of watts.
     pub luminous: Option<Grouped>,
+    /// Photons of each account, of converted light, in any unit.
+    pub photons: Option<Grouped>,
     /// Names of surfaces and media that leave light unpolarised.
     pub depolarised_by: Vec<String>,
     /// Colours, where several wavelengths were put together.
@@ -215,6 +217,7 @@ impl Observation {
             receivers,
             depolarised_by: Vec::new(),
             luminous: None,
+            photons: None,
             colours: None,
             flows,
         }
@@ -248,8 +251,9 @@ impl Observation {
             powers: sum(|o| &o.powers),
             receivers: receivers.collect(),
             depolarised_by: first.depolarised_by.clone(),
-            // It is told of whole sums alone.
+            // They are told of whole sums alone.
             luminous: None,
+            photons: None,
             colours: None,
         }
     }
@@ -288,6 +292,14 @@ impl Observation {
     /// The power ledger, as it was counted.
     pub fn ledger(&self) -> Ledger {
         Ledger::new(&self.accounts, &self.powers, flow::EMITTED)
+    }
+
+    /// The ledger of the photons of converted light, as shares of those emitted.
+    pub fn photon_ledger(&self) -> Option<Ledger> {
+        let mut ledger = Ledger::new(&self.accounts, self.photons.as_ref()?, flow::EMITTED);
+        // Energy that photons lack is none of them.
+        ledger.accounts.retain(|(name, _)| !name.ends_with(STOKES_LOSS));
+        Some(ledger)
     }
 
     /// Mean power of a path, W.

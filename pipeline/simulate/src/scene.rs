@@ -18,6 +18,7 @@ use tracer::{
 
 use design::Design;
 use design::resolved::dome::Dome;
+use design::resolved::films::Coats;
 use design::resolved::led::BoxPlace;
 use design::resolved::reflector::Reflector;
 use design::schema::{self, Extent};
@@ -238,15 +239,32 @@ pub fn settings(design: &Design, paths: u64, seed: u64) -> Settings {
 
 /// The mirror: by a file, by films on metal, or by its reflectance.
 fn mirror(design: &Design) -> Result<SurfaceModel> {
-    let reflector = design.mirror.reflector;
-    let of_films = design
-        .films
-        .as_ref()
-        .map(|films| films.mirror.mirror(design.wavelength_nm, reflector.reflectance()))
-        .transpose()?
-        .flatten();
-    let of_file = design.files.mirror();
-    Ok(of_file.or(of_films).unwrap_or_else(|| reflector.optics()))
+    let coats = design.films.as_ref().map(|films| &films.mirror);
+    let unprinted = match design.files.mirror() {
+        Some(of_file) => of_file,
+        None => reflecting(design, design.mirror.reflector, coats)?,
+    };
+    Ok(design.printed_mirror(unprinted))
+}
+
+/// The top and the sides of the LED.
+fn led_faces(design: &Design) -> Result<[SurfaceModel; 2]> {
+    let coats = |k: usize| design.films.as_ref().map(|films| &films.led[k]);
+    let top = design.led.reflector;
+    Ok([
+        reflecting(design, top, coats(0))?,
+        reflecting(design, design.led.sides.unwrap_or(top), coats(1))?,
+    ])
+}
+
+/// A reflector: by films on metal, or by its reflectance.
+fn reflecting(
+    design: &Design,
+    reflector: Reflector,
+    coats: Option<&Coats>,
+) -> Result<SurfaceModel> {
+    let metal = coats.map(|coats| coats.mirror(design.wavelength_nm, reflector.reflectance()));
+    Ok(metal.transpose()?.flatten().unwrap_or_else(|| reflector.optics()))
 }
 
 /// Puts the thin films of the dome on every refracting patch.
@@ -274,8 +292,7 @@ fn built(scene: &SceneBuilder, design: &Design) -> Result<Scene> {
 
 /// Half lengths of the mirror under the whole array, mm.
 pub(crate) fn mirror_half_mm(design: &Design) -> [f64; 2] {
-    let (half, pitch) = (design.half_extent_mm(), design.array.pitch_mm.along());
-    [0, 1].map(|k| half[k] + 0.5 * pitch[k])
+    design.cells_mm().map(|length| 0.5 * length)
 }
 
 /// Medium that a body on the bottom meets there.
@@ -323,12 +340,9 @@ fn package(
     mirror: &SurfaceModel,
 ) -> Result<Prototype> {
     let led = &design.led;
-    let box_optics = led.reflector.optics();
-    let led = LedBox {
-        size: DVec3::new(led.size_mm[0], led.size_mm[1], led.height_mm),
-        side: box_optics.clone(),
-        top: box_optics,
-    };
+    let [top, side] = led_faces(design)?;
+    let size = DVec3::new(led.size_mm[0], led.size_mm[1], led.height_mm);
+    let led = LedBox { size, side, top };
     let (rim, foot) = match dome {
         Dome::Sphere(sphere) => (sphere.radius_mm, sphere.height_at(sphere.radius_mm)),
         Dome::Meridian(curve) => {
@@ -366,9 +380,9 @@ fn bare(design: &Design) -> Result<Prototype> {
     let led = &design.led;
     let half = DVec3::new(0.5 * led.size_mm[0], 0.5 * led.size_mm[1], 0.0);
     let solid = Shape::cuboid(-half, half + DVec3::Z * led.height_mm)?;
-    let optics = led.reflector.optics();
-    let parts =
-        [BOX_SIDE, "box top", BOX_SIDE].map(|name| Patch::new(name, optics.clone())).to_vec();
+    let [top, side] = led_faces(design)?;
+    let sides = Patch::new(BOX_SIDE, side);
+    let parts = vec![sides.clone(), Patch::new("box top", top), sides];
     let emitter = Emitter::Rectangle { half_x: half.x, half_y: half.y };
     let source =
         Source::new("LED", DVec3::Z * led.height_mm, Region::World, emitter, Emission::LAMBERTIAN);

@@ -38,7 +38,7 @@ pub(super) struct ConvertingScenes {
     scenes: Vec<Scene>,
     emission: Vec<Vec<f64>>,
     /// Power; X, Y and Z (CIE 1931) for a power of 1.
-    channels: [Vec<f64>; 4],
+    channels: [Vec<f64>; 5],
 }
 
 impl Scenes {
@@ -105,8 +105,8 @@ impl Scenes {
         }
     }
 
-    /// Observations of the channels: power, and of several wavelengths X, Y and Z. These are of the
-    /// paths of the first, and have none of their own.
+    /// Observations of the channels: power, and of several wavelengths X, Y, Z and photons. These are
+    /// of the paths of the first, and have none of their own.
     pub fn observations(
         &self,
         design: &Design,
@@ -139,7 +139,10 @@ impl ConvertingScenes {
         let matching = |k: usize| {
             wavelengths_nm.iter().map(|nm| colour_matching::xyz(*nm)[k]).collect::<Vec<f64>>()
         };
-        let channels = [vec![1.0; scenes.len()], matching(0), matching(1), matching(2)];
+        let power = vec![1.0; scenes.len()];
+        // Photons of a watt are as many as its waves are long.
+        let photons = wavelengths_nm.clone();
+        let channels = [power, matching(0), matching(1), matching(2), photons];
         Ok(Self { wavelengths_nm, scenes, emission, channels })
     }
 
@@ -159,22 +162,24 @@ const LUMINOUS: usize = 2;
 
 /// Number of the channels of a trace of `design`.
 pub(super) fn channels(design: &Design) -> usize {
-    if design.converts() { 4 } else { 1 }
+    if design.converts() { 5 } else { 1 }
 }
 
 /// The observation that the channels of a trace make: what is counted, with the colours of the light
-/// where there are X, Y and Z.
+/// and its photons where there are X, Y and Z.
 pub(super) fn put_together(design: &Design, mut channels: Vec<Observation>) -> Observation {
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let parts: Vec<([f64; 3], &Observation)> = axes.into_iter().zip(&channels[1..]).collect();
     let colours = Colours::new(design, &parts, true);
+    let photons = if channels.len() > 1 { channels.pop() } else { None };
+    let photons = photons.map(|photons| photons.powers);
     let luminous = design.converts_in_lumens.then(|| channels.swap_remove(LUMINOUS));
     let power = channels.swap_remove(0);
     let counted = match luminous {
         Some(luminous) => in_lumens(&power, luminous),
         None => power,
     };
-    Observation { colours, ..counted }
+    Observation { colours, photons, ..counted }
 }
 
 /// What figures are read from, of the channels of a trace, without colours.
@@ -202,8 +207,8 @@ fn in_lumens(power: &Observation, luminous: Observation) -> Observation {
 fn fits(design: &Design, wavelengths: usize) -> Result<()> {
     let bins = bins(design);
     let on_threads = bins * wavelengths * rayon::current_num_threads();
-    // Four observations, and what is made of three of them.
-    let observed = 4 * bins * (GROUPS + 1) + ColourArrays::count(design, GROUPS);
+    // Five observations, and what is made of three of them.
+    let observed = 5 * bins * (GROUPS + 1) + ColourArrays::count(design, GROUPS);
     let bytes = 8.0 * (on_threads + observed) as f64;
     ensure!(
         bytes <= MAX_BYTES,

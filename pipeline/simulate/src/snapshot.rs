@@ -70,6 +70,7 @@ pub(super) fn from_bytes(
             receivers,
             depolarised_by,
             luminous: None,
+            photons: None,
             colours: None,
         });
     }

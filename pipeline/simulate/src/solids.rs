@@ -551,11 +551,12 @@ fn optics(
     (indices, faces): ([f64; 2], [bool; 2]),
 ) -> Result<Vec<SurfaceModel>> {
     let optics = solid.patches(shape, design.wavelength_nm, indices, faces);
-    let optics = optics.map(|mut patches| {
+    let optics = optics.and_then(|mut patches| {
         if fills_cell(design, solid) {
             patches[SIDES] = SurfaceModel::Periodic;
         }
-        patches
+        design.print_film(solid, indices, &mut patches)?;
+        Ok(patches)
     });
     optics.map_err(|error| {
         ConfigError::Files {

@@ -75,6 +75,8 @@ fn parts(design: &Design) -> Vec<(String, Symmetry)> {
     parts.extend(sources.map(|s| (format!("source {:?}", s.name()), s.symmetry)));
     let solids = design.solids.iter();
     parts.extend(solids.map(|s| (format!("solid {:?}", s.name()), s.symmetry)));
+    let prints = design.prints.iter();
+    parts.extend(prints.map(|print| (format!("ink on {}", print.stated.on), print.symmetry())));
     parts
 }
 

@@ -91,11 +91,18 @@ pub struct FullWaveArgs {
 
 /// Compares the models and writes what they give.
 pub fn run(arguments: &FullWaveArgs, context: RunContext) -> Result<()> {
-    let design = scene_check::load(&arguments.design)?;
-    of_design(&design, arguments, context).with_context(|| arguments.design.display().to_string())
+    of_design(&scene_check::load(&arguments.design)?, arguments, context)
 }
 
-fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> Result<()> {
+/// Compares the models of `design` in place of the file that the arguments name.
+///
+/// # Errors
+/// Those of the command.
+pub fn of_design(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> Result<()> {
+    compute(design, arguments, context).with_context(|| arguments.design.display().to_string())
+}
+
+fn compute(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> Result<()> {
     for (option, value, most) in [
         ("--ring-width-um", arguments.ring_width_um, 1e3),
         ("--scale", arguments.scale, 10.0),

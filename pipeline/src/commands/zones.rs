@@ -10,6 +10,7 @@ use clap::Args;
 use arrays::csv::{self, Column};
 use arrays::exr;
 use design::Design;
+use experiment::checked_file::Texts;
 use formats::level_image::LevelImage;
 use metrics::Estimate;
 use metrics::digits::significant;
@@ -112,7 +113,20 @@ fn contrast(text: &str) -> Result<f64, String> {
 
 /// Adds up the pattern and writes what it gives.
 pub fn run(arguments: &ZonesArgs, context: RunContext) -> Result<()> {
-    let mut design = scene_check::load(&arguments.design)?;
+    of_design(scene_check::load(&arguments.design)?, &Texts::new(), arguments, context)
+}
+
+/// Adds up the pattern on `design` in place of the file that the arguments name; `texts` stand for
+/// files of pattern and picture.
+///
+/// # Errors
+/// Those of the command.
+pub fn of_design(
+    mut design: Design,
+    texts: &Texts,
+    arguments: &ZonesArgs,
+    context: RunContext,
+) -> Result<()> {
     if let Some(paths) = arguments.paths {
         design.trace.paths = paths;
     }
@@ -125,9 +139,9 @@ pub fn run(arguments: &ZonesArgs, context: RunContext) -> Result<()> {
     };
     let zoned = ZonedDesign::new(&design, model, request)
         .with_context(|| arguments.design.display().to_string())?;
-    let (drives, of_pattern) = LevelImage::read(&arguments.pattern)?;
+    let (drives, of_pattern) = levels(&arguments.pattern, texts)?;
     zoned.check_drives(&drives, &of_pattern.file)?;
-    let picture = arguments.picture.as_deref().map(read_picture).transpose()?;
+    let picture = arguments.picture.as_deref().map(|path| picture(path, texts)).transpose()?;
     let mut inputs = design.provenance.inputs();
     inputs.push(of_pattern);
     inputs.extend(picture.as_ref().map(|(_, record)| record.clone()));
@@ -139,9 +153,15 @@ pub fn run(arguments: &ZonesArgs, context: RunContext) -> Result<()> {
     Command { arguments, design: &design, model, zoned: &zoned, inputs }.compute(pattern, context)
 }
 
+/// The levels in a file, or in the text that stands for it.
+fn levels(path: &Path, texts: &Texts) -> Result<(LevelImage, FileRecord)> {
+    let name = path.display().to_string();
+    texts.get(&name).map_or_else(|| LevelImage::read(path), |text| LevelImage::of_text(&name, text))
+}
+
 /// The picture in a file.
-fn read_picture(path: &Path) -> Result<(LevelImage, FileRecord)> {
-    let (picture, record) = LevelImage::read(path)?;
+fn picture(path: &Path, texts: &Texts) -> Result<(LevelImage, FileRecord)> {
+    let (picture, record) = levels(path, texts)?;
     ensure!(
         picture.levels.iter().any(|level| *level > 0.0),
         "`{}`: --picture: expected a level above 0, got none",

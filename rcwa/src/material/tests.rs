@@ -328,3 +328,114 @@ fn the_files_that_come_with_the_project_are_read() {
         / (Complex64::from(1.41) + Complex64::new(n, k));
     assert_abs_diff_eq!(r.norm_sqr(), 0.977, epsilon = 0.003);
 }
+
+/// Two glasses of a catalogue, the first as its maker prints it, the second broken before numbers.
+const CATALOGUE: &str = "CC own
+NM N-BK7 2 517642.251 1.5168 64.17 0 1
+GC step 0.5 available
+ED 7.1 8.3 2.51 -0.0009 0
+CD 1.039612120E+00 6.000698670E-03 2.317923440E-01 2.001791440E-02 1.010469450E+00 1.035606530E+02
+LD 3.00000E-01 2.50000E+00
+IT 2.90000E-01 0.00000E+00 2.50000E+01
+IT 3.00000E-01 5.00000E-02 2.50000E+01
+IT 7.00000E-01 9.96000E-01 2.50000E+01
+NM Broken 13 0 1.773870 47.25 0
+CD 3.072647260E+000 -1.318313270E-002 -1.358074820E-004
+2.561441510E-002 4.992342780E-004 4.168055520E-006
+7.016629180E-007 0 0 0
+LD 0.4 0.7
+";
+
+/// Every formula against n_d (of KRS-5 n at 1 µm, Rodney and Malitson 1956) as makers state it.
+#[test]
+fn catalogues_give_the_index_that_they_state_and_the_absorption() {
+    let glass = Material::from_text(CATALOGUE, Some("n-bk7")).unwrap();
+    assert_eq!(glass.range_um(), [0.3, 0.7]);
+    assert_abs_diff_eq!(glass.index_at(0.587_561_8).unwrap().n(), 1.5168, epsilon = 1e-6);
+    // k of the same glass on refractiveindex.info.
+    assert_abs_diff_eq!(glass.index_at(0.3).unwrap().k(), 2.8607e-6, epsilon = 5e-11);
+    let broken = Material::from_text(CATALOGUE, Some("Broken")).unwrap();
+    assert_abs_diff_eq!(broken.index_at(0.587_561_8).unwrap().n(), 1.77387, epsilon = 1e-6);
+    assert_eq!(broken.index_at(0.5).unwrap().k(), 0.0);
+    for (formula, coefficients, wavelength, expected) in [
+        (1, "2.417473 -8.685888e-3 1.396835e-2 6.180845e-4 -5.274288e-5 3.679696e-6", D, 1.568_151),
+        (
+            3,
+            "1.85362871 1.21652879e-2 6.64999251e-5 -2.66759682e-3 -1.29306852e-7 -2.88756685e-7",
+            D,
+            1.891_717,
+        ),
+        (5, "1.57410327 1.39786149e-2 8.3004511e-4", D, 1.603_233),
+        (6, "0.8559 3.45744e-3 0.8391 1.9881e-2 9e-4 3.88090e-2 0.6845 49.07002500", D, 1.658_643),
+        (7, "2.7405 0.0184 0.0179 0.0155", D, 1.670_737),
+        (8, "2.81418 0.87968 9.253764e-2 7.11e-3", D, 2.003_385),
+        (9, "3.1399 1.3786 2.941e-2 3.861 225.9009", D, 2.154_291),
+        (
+            10,
+            "2.417473 -8.685888e-3 1.396835e-2 6.180845e-4 -5.274288e-5 3.679696e-6 0 0",
+            D,
+            1.568_151,
+        ),
+        (
+            11,
+            "1.8293958 0.0225 1.6675593 0.0625 1.1210424 0.1225 0.04513366 0.2025 12.380234 27089.8681",
+            1.0,
+            2.446_20,
+        ),
+        (
+            12,
+            "3.30328439 -1.45196022e-2 3.83186238e-2 1.82646612e-3 -9.04598096e-5 1.51789935e-5 1.69313476e-5 0",
+            D,
+            1.850_260,
+        ),
+    ] {
+        let text = format!("NM ONE {formula} 0 1.5\nCD {coefficients}\nLD 0.5 2\n");
+        let index = Material::from_text(&text, None).unwrap().index_at(wavelength).unwrap();
+        assert_abs_diff_eq!(index.n(), expected, epsilon = 5e-6);
+    }
+}
+
+/// The yellow line of helium, µm.
+const D: f64 = 0.587_561_8;
+
+#[test]
+fn columns_of_the_database_are_read() {
+    let blocks = "\u{feff}wl,n\n0.4,1.53\n0.55,1.52\n0.7,1.51\n\nwl,k\n0.4,1e-7\n0.6,3e-7\n";
+    let glass = Material::from_text(blocks, None).unwrap();
+    assert_eq!(glass.range_um(), [0.4, 0.6]);
+    let index = glass.index_at(0.5).unwrap();
+    assert_abs_diff_eq!(index.n(), 1.53 - 0.01 / 1.5, epsilon = 1e-12);
+    assert_abs_diff_eq!(index.k(), 2e-7, epsilon = 1e-18);
+    let beside = Material::from_text("# mine\nwl;k;n\n0.4;0.1;1.5\n0.6;0.3;1.7\n", None).unwrap();
+    assert_abs_diff_eq!(beside.index_at(0.5).unwrap().k(), 0.2, epsilon = 1e-12);
+}
+
+#[test]
+fn broken_catalogues_and_columns_are_refused_with_the_line() {
+    let one = |lines: &str| format!("NM A 2 0 1.5\n{lines}");
+    for (text, glass, says) in [
+        (CATALOGUE.into(), None, "expected the name of one of 2 glasses, N-BK7, Broken, got none"),
+        (CATALOGUE.into(), Some("BK7"), "2 glasses, N-BK7, Broken, got BK7"),
+        (FILE.into(), Some("A"), "expected a catalogue, which has lines NM, for a glass, got A"),
+        (one("LD 0.3 2\n"), None, "the line CD of a glass is missing"),
+        (one("CD 1 0.1\n"), None, "the line LD of a glass is missing"),
+        (one("CD 1 0.1\nLD 0.3\n"), None, "the two wavelengths of the line LD is missing"),
+        (one("CD 1 x\nLD 0.3 2\n"), None, "line 2: expected numbers, got \"x\""),
+        (
+            "NM A 4 0 1.5\nCD 1\nLD 1 2\n".into(),
+            None,
+            "line 1: expected a formula from 1 to 13 but 4",
+        ),
+        (
+            one("CD 1 0.1\nLD 0.3 2\nIT 0.3 0.5 10\nIT 0.4 0 10\nIT 0.5 0.5 10\n"),
+            None,
+            "line 5: expected an internal transmittance above 0 between others, got \"0\"",
+        ),
+        ("wl,x\n0.4,1\n".into(), None, "line 1: expected a heading wl,n or wl,k or wl,n,k"),
+        ("wl,n\n0.4,1,2\n".into(), None, "line 2: expected as many numbers as the heading"),
+        ("wl,k\n0.4,1\n".into(), None, "a row below wl,n is missing"),
+    ] {
+        let message = Material::from_text(&text, glass).expect_err(&text).to_string();
+        assert!(message.contains(says), "{text}\ngave: {message}\nnot: {says}");
+    }
+}

@@ -38,12 +38,7 @@ pub(super) fn parse(text: &str) -> Result<Material, MaterialError> {
         }
     }
     let n = n.ok_or(MaterialError::Missing("an entry in DATA that gives n"))?;
-    let material = Material { n, k: k.unwrap_or(Source::Constant(0.0)) };
-    let [min, max] = material.range_um();
-    if min > max {
-        return Err(MaterialError::Range { min, max });
-    }
-    Ok(material)
+    Material::paired(n, k)
 }
 
 /// The lines below `DATA:`, blank ones and comments left out.
@@ -66,7 +61,7 @@ fn data_lines(text: &str) -> Result<Vec<Numbered<'_>>, MaterialError> {
         if line == "---" || line == "..." {
             continue;
         }
-        let expected = "KEY: at the left margin, as in the YAML files of refractiveindex.info (an index that is one number needs no file)";
+        let expected = "KEY: at the left margin, as in the YAML files of refractiveindex.info, a heading wl,n as in its CSV files, or a glass catalogue with lines NM (an index that is one number needs no file)";
         let (key, value) = line.split_once(':').ok_or_else(|| MaterialError::Line {
             line: number,
             expected,

@@ -203,15 +203,9 @@ impl BatchTracer<'_> {
         };
         let mut stream = lanes.stream(lane);
         let direction = at(&lanes.direction);
-        let event = scatter(
-            &hit,
-            &primitive.patch.optics,
-            direction,
-            point,
-            normal,
-            &mut Unpolarised,
-            &mut stream,
-        );
+        let in_world = || point + tracer.scene.position(hit.instance);
+        let optics = primitive.patch.optics.at(in_world, &mut stream);
+        let event = scatter(&hit, optics, direction, point, normal, &mut Unpolarised, &mut stream);
         let (line, sides) = (primitive.patch.line, [side, event.side]);
         let weight = &mut batch.weight[lane];
         tracer.settle(line, sides, event.efficiency, weight, &mut stream, tally);

@@ -61,7 +61,27 @@ pub(crate) fn resolve(
         }
         films.push(film);
     }
+    tips_in_glue(raw, at)?;
     Ok(films)
+}
+
+/// Refuses tips that are to stand in a film which is not there.
+fn tips_in_glue(raw: &[Film], at: &Context) -> Result<(), ConfigError> {
+    let touches_below = |film: &Film| film.gap_mm == Some(0.0);
+    for (number, film) in raw.iter().enumerate() {
+        let is_glued = [raw.get(number + 1).is_some_and(touches_below), touches_below(film)];
+        for ((face, is_glued), stated) in
+            ["top", "bottom"].into_iter().zip(is_glued).zip([&film.top, &film.bottom])
+        {
+            let tips_um = stated.as_ref().and_then(|face| face.kind.tips_um());
+            if let Some(tips_um) = tips_um.filter(|_| !is_glued) {
+                let expected = "no such key without a film in optical contact there (gap_mm = 0)";
+                let key = format!("films[{}].{face}.tips_um", number + 1);
+                return Err(at.value(&key, tips_um, expected));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Puts two films in optical contact. One interface is left between them: that of the film whose
@@ -83,6 +103,7 @@ fn join(
     let faces = [(&key, &below.stated_faces[0]), (&read.key("bottom"), &film.stated_faces[1])];
     for (key, face) in faces {
         if let Some(face) = face
+            && face.kind.tips_um().is_none()
             && !matches!(
                 face.kind,
                 ScatterLaw::File(_)
@@ -93,8 +114,9 @@ fn join(
                     | ScatterLaw::Coated(_)
             )
         {
-            let expected = "file, lambertian, gaussian, polariser, filter or coated where two films \
-                            are in optical contact (gap_mm = 0): relief and haze are those before air";
+            let expected = "file, lambertian, gaussian, polariser, filter, coated, or grooves with \
+                            tips_um where two films are in optical contact (gap_mm = 0): other \
+                            relief and haze are those before air";
             let key = format!("{key}.kind");
             return Err(read.at.value(&key, format!("{:?}", face.kind_name()), expected));
         }
@@ -157,6 +179,5 @@ fn lengths_mm(film: &Film, design: &Design, read: &SolidTable) -> Result<[f64; 2
     if let Some(half) = design.housing_half_mm() {
         return Ok(half.map(|half| 2.0 * half));
     }
-    let (half, pitch) = (design.half_extent_mm(), design.array.pitch_mm.along());
-    Ok([0, 1].map(|k| 2.0 * half[k] + pitch[k]))
+    Ok(design.cells_mm())
 }

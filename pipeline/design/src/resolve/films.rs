@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Thin films, checked: layers on the dome, layers on the metal of the mirror.
+//! Thin films, checked: layers on the dome, layers on the metal of the mirror and of the LED.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -21,19 +21,36 @@ pub(crate) fn resolve(
 ) -> Result<Option<Films>, ConfigError> {
     let dome = raw.dome.as_ref();
     let dome = dome.map_or(&[][..], |dome| &dome.shared.coating);
-    let metal = match &raw.mirror.kind {
-        Law::Specular(metal) => Stack::on_metal("mirror", metal, folder, at)?,
-        _ => Stack::default(),
-    };
-    if metal.substrate.is_some() && raw.files.mirror.is_some() {
+    let mirror = on_metal("mirror", &raw.mirror.kind, folder, at)?;
+    if mirror.substrate.is_some() && raw.files.mirror.is_some() {
         let expected = "no such table beside [files.mirror]";
         return Err(at.value("mirror.substrate", "given", expected));
     }
-    if dome.is_empty() && metal.substrate.is_none() {
+    let led_top = on_metal("led", &raw.led.kind.0, folder, at)?;
+    let led_sides = match &raw.led.shared.sides {
+        Some(sides) => on_metal("led.sides", &sides.kind, folder, at)?,
+        None => on_metal("led", &raw.led.kind.0, folder, at)?,
+    };
+    let metals = [&mirror, &led_top, &led_sides];
+    if dome.is_empty() && metals.iter().all(|stack| stack.substrate.is_none()) {
         return Ok(None);
     }
-    let stated = FilmStacks { dome: Stack::new("dome", dome, folder, at)?, mirror: metal };
+    let dome = Stack::new("dome", dome, folder, at)?;
+    let stated = FilmStacks { dome, mirror, led: [led_top, led_sides] };
     Films::new(&Arc::new(stated), wavelength_nm, at).map(Some)
+}
+
+/// The layers and the metal under them of the reflector of the table `table`; without metal none.
+fn on_metal(
+    table: &str,
+    law: &Law<Metal>,
+    folder: &Path,
+    at: &Context,
+) -> Result<Stack, ConfigError> {
+    match law {
+        Law::Specular(metal) => Stack::on_metal(table, metal, folder, at),
+        _ => Ok(Stack::default()),
+    }
 }
 
 impl Stack {
@@ -90,7 +107,7 @@ fn source(
         }
         (None, Some(name)) => {
             let key = format!("{key}.material_file");
-            let material = material::read(&folder.join(name))
+            let material = material::read(&folder.join(name), None)
                 .map_err(|e| at.value(&key, name, &format!("a readable material: {e:#}")))?;
             let name = name.clone();
             (key, GivenIndex::File { name, material })

@@ -45,8 +45,9 @@ pub(crate) fn prisms(
         line.push([0.5 * pitch, height]);
     }
     line.push([pitch, 0.0]);
-    let face = GroovedFace { line_um: line, is_symmetric: true, direction_deg: 0.0 };
-    checked(face, stated.direction_deg, [table, "tip_radius_um"], at)
+    let (direction_deg, tips_um) = (stated.direction_deg.unwrap_or_default(), stated.tips_um);
+    let face = GroovedFace { line_um: line, is_symmetric: true, direction_deg, tips_um };
+    checked(face, [table, "tip_radius_um"], at)
 }
 
 /// Grooves of any profile, in the table `table`.
@@ -68,23 +69,32 @@ pub(crate) fn any(stated: &Grooves, table: &str, at: &Context) -> Result<Grooved
         (x - first[0] + of_x - last[0]).abs() < 1e-9 * period && (z - of_z).abs() < 1e-9 * period
     };
     let is_symmetric = line.iter().zip(line.iter().rev()).all(is_image);
-    let face = GroovedFace { line_um: line, is_symmetric, direction_deg: 0.0 };
-    checked(face, stated.direction_deg, [table, "profile_um"], at)
+    let (direction_deg, tips_um) = (stated.direction_deg.unwrap_or_default(), stated.tips_um);
+    let face = GroovedFace { line_um: line, is_symmetric, direction_deg, tips_um };
+    checked(face, [table, "profile_um"], at)
 }
 
-/// The face in its direction; `key` of `table` is what is wrong with a line that meets itself.
+/// Checks the face; `key` of `table` is what is wrong with a line that meets itself.
 fn checked(
     face: GroovedFace,
-    direction_deg: Option<f64>,
     [table, key]: [&str; 2],
     at: &Context,
 ) -> Result<GroovedFace, ConfigError> {
-    let direction = direction_deg.unwrap_or_default();
-    let direction_deg = at.within(&format!("{table}.direction_deg"), direction, -360.0, 360.0)?;
+    at.within(&format!("{table}.direction_deg"), face.direction_deg, -360.0, 360.0)?;
     // Whatever the indices, the outline is the same.
     UnitCell::new(&Outline::below(&face.line_um, [1.5, 1.0])).map_err(|error| {
         let expected = format!("a line that does not meet itself: {error}");
         at.value(&format!("{table}.{key}"), "a bad profile", &expected)
     })?;
-    Ok(GroovedFace { direction_deg, ..face })
+    if let Some(tips_um) = face.tips_um {
+        let heights = || face.line_um.iter().map(|[_, z]| *z);
+        let height_um =
+            heights().fold(f64::NEG_INFINITY, f64::max) - heights().fold(f64::INFINITY, f64::min);
+        if !(tips_um > 0.0 && tips_um <= height_um) {
+            let expected =
+                format!("a depth above 0, at most {height_um:.4} um, the height of the grooves");
+            return Err(at.value(&format!("{table}.tips_um"), tips_um, &expected));
+        }
+    }
+    Ok(face)
 }

@@ -50,8 +50,11 @@ impl<'a> InputNames<'a> {
             names.layers(&dome.shared.coating);
         }
         raw.silicone.iter().for_each(|medium| names.medium(medium));
-        if let Law::Specular(metal) = &raw.mirror.kind {
-            names.metal(metal);
+        let sides = raw.led.shared.sides.as_ref().map(|sides| &sides.kind);
+        for law in [&raw.mirror.kind, &raw.led.kind.0].into_iter().chain(sides) {
+            if let Law::Specular(metal) = law {
+                names.metal(metal);
+            }
         }
         names.0.extend(&raw.array.positions_file);
         raw.light.spectrum.iter().for_each(|spectrum| names.spectrum(spectrum));
@@ -63,6 +66,7 @@ impl<'a> InputNames<'a> {
             names.medium(&film.medium);
             film.top.iter().chain(&film.bottom).for_each(|face| names.scattering(face));
         }
+        names.0.extend(raw.prints.iter().flat_map(|print| &print.picture_file));
         names
     }
 

@@ -62,6 +62,7 @@ pub(crate) fn resolve(
         size_mm,
         height_mm,
         reflector: reflector("led", law, at)?,
+        sides: keys.sides.as_ref().map(|law| reflector("led.sides", &law.kind, at)).transpose()?,
         offset_mm: pair("led.offset_mm", keys.offset_mm, MAX_LENGTH_MM)?,
         tilt_deg: pair("led.tilt_deg", keys.tilt_deg, MAX_TILT_DEG)?,
         offsets_mm: rows("led.offsets_mm", &keys.offsets_mm, MAX_LENGTH_MM)?,

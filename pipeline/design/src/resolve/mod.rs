@@ -21,11 +21,13 @@ mod luminescence;
 mod package;
 mod polariser;
 mod positions;
+mod prints;
 mod receivers;
 mod relief;
 mod scattering;
 mod solids;
 mod source_spectra;
+mod source_table;
 mod sources;
 pub mod tables;
 
@@ -125,6 +127,7 @@ impl Design {
             receivers: Vec::new(),
             sources,
             solids,
+            prints: Vec::new(),
             hybrid: raw.hybrid.clone(),
             trace: raw.trace.clone(),
             files: Files::default(),
@@ -139,6 +142,7 @@ impl Design {
         }
         let films = film_stack::resolve(&raw.films, &design, folder, &at)?;
         design.solids.extend(films);
+        design.prints = prints::resolve(&raw.prints, &design, folder, &at)?;
         design.check_observation(&at)?;
         design.receivers = receivers::resolve(&raw.receivers, &design, source_file.as_ref(), &at)?;
         design.check_relief(&at)?;

@@ -75,11 +75,15 @@ pub(crate) fn medium(
     let absorption_per_mm = Spectral::new(key, &raw.absorption_per_mm, [0.0, 1e6], at)?;
     let scattering = scattering::resolve(table, raw, at)?;
     let luminophores = luminescence::resolve(table, &raw.luminophores, folder, at)?;
+    if let (Some(glass), None) = (&raw.glass, &raw.material_file) {
+        let expected = "no such key without `material_file`, a catalogue that has it";
+        return Err(at.value(&format!("{table}.glass"), glass, expected));
+    }
     let (index, material) = match (raw.index, &raw.material_file) {
         (Some(index), None) => (index, None),
         (None, Some(name)) => {
             let path = folder.join(name);
-            let material = material::read(&path).map_err(|e| {
+            let material = material::read(&path, raw.glass.as_deref()).map_err(|e| {
                 let expected = format!("a readable material: {e:#}");
                 at.value(&format!("{table}.material_file"), name, &expected)
             })?;
@@ -206,16 +210,15 @@ pub(crate) fn array(
     if let (Pitch::Along(pitch), Some(expected)) = (raw.pitch_mm, expected) {
         return Err(at.value("array.pitch_mm", format!("{pitch:?}"), expected));
     }
-    let positions = match &raw.positions_file {
-        Some(name) => PackagePositions::List {
-            positions_mm: positions::load(raw, name, folder).map_err(|e| at.of_files(&e))?,
-            file: name.clone(),
-        },
-        None => PackagePositions::Grid {
-            columns: raw.columns,
-            rows: raw.rows,
-            arrangement: raw.arrangement,
-        },
+    let (positions, drives) = match &raw.positions_file {
+        Some(name) => {
+            let placed = positions::load(raw, name, folder).map_err(|e| at.of_files(&e))?;
+            (PackagePositions::List { positions_mm: placed.0, file: name.clone() }, placed.1)
+        }
+        None => {
+            let (columns, rows, arrangement) = (raw.columns, raw.rows, raw.arrangement);
+            (PackagePositions::Grid { columns, rows, arrangement }, None)
+        }
     };
-    Ok(Array { positions, pitch_mm: raw.pitch_mm, crossing: raw.crossing, drives: None })
+    Ok(Array { positions, pitch_mm: raw.pitch_mm, crossing: raw.crossing, drives })
 }

@@ -292,7 +292,7 @@ fn no_foot(form: &Form, key: &str, at: &Context) -> ConfigError {
 }
 
 /// A diffuser of these reflected and transmitted shares, of the table `table`.
-fn diffusing(
+pub(super) fn diffusing(
     table: &str,
     [reflected, transmitted]: [f64; 2],
     [back, through]: [DiffuseLaw; 2],

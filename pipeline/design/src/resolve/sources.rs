@@ -12,8 +12,8 @@ use metrics::illuminance::Symmetry;
 use metrics::kinds::Weighting;
 use runtime::content_hash::sha256_of_file;
 
-use super::form;
 use super::source_spectra::Scope;
+use super::{form, source_table};
 use crate::check::{Context, MAX_LENGTH_MM};
 use crate::error::ConfigError;
 use crate::resolved::files::SourceFile;
@@ -137,27 +137,35 @@ fn emitters(
     let centred = place[0] == 0.0 && place[1] == 0.0;
     let upright = centred && normal.x == 0.0 && normal.y == 0.0;
     let if_so = |so: bool, symmetry: Symmetry| if so { symmetry } else { Symmetry::None };
+    let turned = |parts: Vec<Part>,
+                  rotation: Option<List<f64, 3>>|
+     -> Result<Vec<CheckedEmitter>, ConfigError> {
+        let angles = rotation.map_or([0.0; 3], |List(angles)| angles);
+        let turn = form::rotation(angles, "rotation_deg", at)?;
+        let part = |part: Part| {
+            let whole = if turn == DMat3::IDENTITY {
+                one(Emitter::Point, part.emission)
+            } else {
+                let emission = match part.emission {
+                    Emission::Rays(rays) => Emission::Rays(rays.turned(&turn).into()),
+                    other => other,
+                };
+                one(Emitter::Point, emission).facing(turn.z_axis).lying_along(turn.x_axis)
+            };
+            CheckedEmitter { source: whole.weighing(keys.power * part.share), light: part.light }
+        };
+        Ok(parts.into_iter().map(part).collect())
+    };
     let (emitters, symmetry) = match &raw.kind {
         SourceForm::File(file) => {
             let parts = scope.file(keys, file, folder)?;
-            let angles = file.rotation_deg.map_or([0.0; 3], |List(angles)| angles);
-            let turn = form::rotation(angles, "rotation_deg", at)?;
-            let part = |part: Part| {
-                let whole = if turn == DMat3::IDENTITY {
-                    one(Emitter::Point, part.emission)
-                } else {
-                    let emission = match part.emission {
-                        Emission::Rays(rays) => Emission::Rays(rays.turned(&turn).into()),
-                        other => other,
-                    };
-                    one(Emitter::Point, emission).facing(turn.z_axis).lying_along(turn.x_axis)
-                };
-                CheckedEmitter {
-                    source: whole.weighing(keys.power * part.share),
-                    light: part.light,
-                }
-            };
-            return Ok((parts.into_iter().map(part).collect(), Symmetry::None));
+            return Ok((turned(parts, file.rotation_deg)?, Symmetry::None));
+        }
+        SourceForm::Table(table) => {
+            let (emission, symmetry) = source_table::emission(table, folder, at)?;
+            let light = scope.stated(keys, None, folder)?.unwrap_or(EmitterLight::Design);
+            let emitters = turned(vec![Part { emission, share: 1.0, light }], table.rotation_deg)?;
+            return Ok((emitters, if_so(centred && table.rotation_deg.is_none(), symmetry)));
         }
         SourceForm::Isotropic(_) => {
             (vec![one(Emitter::Point, Emission::Isotropic)], if_so(centred, Symmetry::Square))

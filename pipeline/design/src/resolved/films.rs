@@ -28,13 +28,20 @@ pub struct Films {
     pub dome: Coats,
     /// Layers on the mirror, from the light towards the metal, and the metal.
     pub mirror: Coats,
+    /// The same of the top and of the sides of the LED.
+    pub led: [Coats; 2],
     pub(crate) stated: Arc<FilmStacks>,
 }
 
 impl Serialize for Films {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self { dome, mirror: Coats { layers, substrate }, stated: _ } = self;
-        json!({"dome": dome.layers, "mirror": layers, "substrate": substrate}).serialize(serializer)
+        let Self { dome, mirror: Coats { layers, substrate }, led, stated: _ } = self;
+        let mut films = json!({"dome": dome.layers, "mirror": layers, "substrate": substrate});
+        // Other designs have the fields of those that cannot say otherwise.
+        if led.iter().any(|coats| *coats != Coats::default()) {
+            films["led"] = json!(led);
+        }
+        films.serialize(serializer)
     }
 }
 
@@ -43,6 +50,8 @@ impl Serialize for Films {
 pub(crate) struct FilmStacks {
     pub(crate) dome: Stack,
     pub(crate) mirror: Stack,
+    /// On the top and on the sides of the LED.
+    pub(crate) led: [Stack; 2],
 }
 
 /// Layers, and the metal under them if there is one, whatever the wavelength.
@@ -150,7 +159,9 @@ impl Films {
     ) -> Result<Self, ConfigError> {
         let mirror = stated.mirror.at(wavelength_nm, at)?;
         let dome = stated.dome.at(wavelength_nm, at)?;
-        Ok(Self { dome, mirror, stated: Arc::clone(stated) })
+        let [top, sides] = &stated.led;
+        let led = [top.at(wavelength_nm, at)?, sides.at(wavelength_nm, at)?];
+        Ok(Self { dome, mirror, led, stated: Arc::clone(stated) })
     }
 }
 

@@ -27,6 +27,9 @@ pub struct Led {
     /// Law of reflection of the box.
     #[serde(flatten)]
     pub reflector: Reflector,
+    /// Law of its upright faces, where they are not as the top.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sides: Option<Reflector>,
     /// From the axis of the package to the centre of the foot, mm.
     #[serde(skip_serializing_if = "is_default")]
     pub offset_mm: [f64; 2],

@@ -15,6 +15,7 @@ pub mod led;
 pub mod luminescence;
 pub mod medium;
 pub(crate) mod polariser;
+pub mod prints;
 pub mod receivers;
 pub mod reflector;
 pub mod scattering;
@@ -30,6 +31,7 @@ use dome::Dome;
 use films::Films;
 use led::Led;
 use medium::Medium;
+use prints::CheckedPrint;
 use receivers::CheckedReceiver;
 use reflector::Reflector;
 use serde::Serialize;
@@ -122,6 +124,9 @@ pub struct Design {
     /// Further solids and sheets.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub solids: Vec<CheckedSolid>,
+    /// Ink on the mirror and on faces of films.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub prints: Vec<CheckedPrint>,
     /// Wave/ray hybrid and its tables.
     pub hybrid: schema::Hybrid,
     /// Monte Carlo.
@@ -230,6 +235,12 @@ impl Design {
     pub fn half_extent_mm(&self) -> [f64; 2] {
         let axes = self.array.axes_mm();
         [0, 1].map(|k| axes.iter().map(|at| at[k].abs()).fold(0.0, f64::max))
+    }
+
+    /// Lengths along x and y of the cells of the array together, mm: those of a mirror under it.
+    pub fn cells_mm(&self) -> [f64; 2] {
+        let (half, pitch) = (self.half_extent_mm(), self.array.pitch_mm.along());
+        [0, 1].map(|k| 2.0 * half[k] + pitch[k])
     }
 
     /// True if its housing is a cell that repeats without end.

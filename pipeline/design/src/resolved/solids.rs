@@ -162,6 +162,8 @@ pub(crate) struct GroovedFace {
     pub(crate) direction_deg: f64,
     /// True if the line is mirrored in its middle.
     pub(crate) is_symmetric: bool,
+    /// Depth to which it stands in the outer medium, µm, with air below.
+    pub(crate) tips_um: Option<f64>,
 }
 
 impl GroovedFace {
@@ -169,7 +171,12 @@ impl GroovedFace {
     fn optics(&self, frame: &Frame, indices: [f64; 2]) -> Result<SurfaceModel, bsdf::Error> {
         let (sin, cos) = self.direction_deg.to_radians().sin_cos();
         let across = DVec3::new(-sin, cos, 0.0);
-        let cell = UnitCell::new(&Outline::below(&self.line_um, indices))?;
+        let outline = Outline::below(&self.line_um, indices);
+        let outline = match self.tips_um {
+            Some(tips_um) => outline.standing_in_outer(tips_um),
+            None => outline,
+        };
+        let cell = UnitCell::new(&outline)?;
         let turn = across.dot(frame.b).atan2(across.dot(frame.t));
         Ok(SurfaceModel::Scatter(Arc::new(cell.turned(turn))))
     }

@@ -80,6 +80,7 @@ impl Design {
             receivers,
             sources,
             solids,
+            prints,
             hybrid,
             trace,
             files,
@@ -122,13 +123,17 @@ impl Design {
             "polarization": polarization,
         });
         // Other designs have the fields of those that cannot say otherwise.
+        if !prints.is_empty() {
+            fields["prints"] = json!(prints);
+        }
         if trace.films == FilmTracing::Table && solids.iter().any(CheckedSolid::is_film) {
             fields["trace"]["films"] = json!(trace.films);
         }
         if self.converts() {
             let nodes = self.traced_nm();
             let emitted = self.emitted_at(&nodes);
-            fields["converted"] = json!({"step_nm": step_nm, "nm": nodes, "emitted": emitted});
+            fields["converted"] =
+                json!({"step_nm": step_nm, "nm": nodes, "emitted": emitted, "photons": true});
             // What is kept of a trace is weighted.
             if *converts_in_lumens {
                 fields["converted"]["lumens"] = json!(true);
@@ -228,8 +233,11 @@ fn element_fields(elements: &Elements) -> Value {
 /// A box that stands level about the axis has the fields of designs that cannot say otherwise.
 fn led_fields(led: &Led) -> Value {
     let mut fields = fields!(led => Led {
-        size_mm, height_mm, reflector; offset_mm, tilt_deg, offsets_mm, tilts_deg
+        size_mm, height_mm, reflector; sides, offset_mm, tilt_deg, offsets_mm, tilts_deg
     });
+    if let Some(sides) = led.sides {
+        fields["sides"] = json!(sides);
+    }
     if !led.is_centred() {
         let places = led.stated_places();
         let (offsets, tilts): (Vec<[f64; 2]>, Vec<[f64; 2]>) =

@@ -22,6 +22,7 @@ pub mod films;
 pub mod hybrid;
 pub mod light;
 pub mod luminescence;
+pub mod prints;
 pub mod receivers;
 pub mod reflectors;
 pub mod scattering;
@@ -79,6 +80,9 @@ pub struct Design {
     /// Plates and films over the array, the lowest first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub films: Vec<film_stack::Film>,
+    /// Ink on the mirror and on faces of films.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub prints: Vec<prints::Print>,
     /// Wave/ray hybrid and its tables.
     #[serde(default)]
     pub hybrid: Hybrid,
@@ -91,7 +95,7 @@ pub struct Design {
 }
 
 /// The tables that are of one of several kinds, those within others first.
-pub(super) fn tagged_tables() -> [TaggedTable; 15] {
+pub(super) fn tagged_tables() -> [TaggedTable; 16] {
     use dome::{DomeKeys, ShapeKeys};
     use light::SpectrumKeys;
     use receivers::{ReceiverForm, ReceiverKeys};
@@ -102,6 +106,7 @@ pub(super) fn tagged_tables() -> [TaggedTable; 15] {
         TaggedTable::new::<DomeKeys, DomeForm>(&["dome"]),
         TaggedTable::new::<ShapeKeys, ShapeForm>(&["elements", "shapes"]),
         TaggedTable::new::<MirrorKeys, Law<Metal>>(&["mirror"]),
+        TaggedTable::new::<NoKeys, Law<Metal>>(&["led", "sides"]),
         TaggedTable::new::<LedKeys, LedLaw>(&["led"]),
         TaggedTable::new::<NoKeys, Law<Reflectance>>(&["housing", "floor"]),
         TaggedTable::new::<HousingKeys, Walls>(&["housing"]),
@@ -129,10 +134,13 @@ pub struct Silicone {
     /// Refractive index, real, above 1, below 10 (of a solid from 0.1); this or `material_file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<f64>,
-    /// Material file in refractiveindex.info's YAML form: index and absorption over all wavelengths
-    /// of the design.
+    /// Material file: YAML or CSV of refractiveindex.info, or a glass catalogue (`.agf`); index and
+    /// absorption over all wavelengths of the design.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material_file: Option<String>,
+    /// Glass of a catalogue, in upper or lower case; needed where it has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub glass: Option<String>,
     /// Absorption coefficient for power, 1/mm, added to that of the file; 0 to 10⁶. Here and below
     /// a list stands for one number: rows of wavelength in nm and value, straight lines between.
     #[serde(default)]
@@ -236,7 +244,8 @@ pub struct Array {
     #[serde(default, skip_serializing_if = "is_default")]
     pub arrangement: Arrangement,
     /// Text file of 1 to 20 000 positions in place of `columns`, `rows` and `arrangement`: x and y
-    /// a line, mm, within 100 000; form as of `dome.meridian_file`.
+    /// a line, mm, within 100 000, and the power of the package in any unit, which shares out the
+    /// power of all; form as of `dome.meridian_file`.
     pub positions_file: Option<String>,
     /// False: each package is traced without the others, on the mirror of the whole array, and the
     /// light is added up.

@@ -108,6 +108,9 @@ pub struct MirrorKeys {
     pub extent: Extent,
 }
 
+/// `[led.sides]`.
+pub type LedSides = Tagged<NoKeys, Law<Metal>>;
+
 /// `[led]`: box on the bottom, source on its top face.
 pub type Led = Tagged<LedKeys, LedLaw>;
 
@@ -119,6 +122,8 @@ pub struct LedKeys {
     pub size_mm: List<f64, 2>,
     /// Height of the top face, mm; 1e-6 to 10 000.
     pub height_mm: f64,
+    /// Upright faces of the box: `kind` and the keys of `[mirror]` but `extent`. Default as its top.
+    pub sides: Option<LedSides>,
     /// Radiant flux of one package, W; 1e-12 to 1e9. Without a flux all packages together emit 1 W.
     pub power_w: Option<f64>,
     /// Luminous flux of one package, lm, in place of `power_w`; 1e-12 to 1e9. Weighting is then
@@ -147,7 +152,7 @@ pub struct LedKeys {
 /// Law of reflection of the box, which the key `reflection` names.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(transparent)]
-pub struct LedLaw(pub Law<Reflectance>);
+pub struct LedLaw(pub Law<Metal>);
 
 impl Kinds for LedLaw {
     const TAG: &'static str = "reflection";

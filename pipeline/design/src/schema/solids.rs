@@ -299,6 +299,17 @@ pub struct ScatterFiles {
     pub between: LobeMotion,
 }
 
+impl ScatterLaw {
+    /// Depth to which tips of grooves stand in the film beyond, µm.
+    pub fn tips_um(&self) -> Option<f64> {
+        match self {
+            Self::Prisms(prisms) => prisms.tips_um,
+            Self::Grooves(grooves) => grooves.tips_um,
+            _ => None,
+        }
+    }
+}
+
 /// Keys of a Lambertian diffuser.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -337,6 +348,9 @@ pub struct Prisms {
     pub tip_radius_um: Option<f64>,
     /// Direction of the tips, or from cell to cell, from the x axis, degrees; -360 to 360; default 0.
     pub direction_deg: Option<f64>,
+    /// Depth to which the tips stand in the film beyond them, a layer of glue in optical contact, µm;
+    /// above 0, at most the height of the grooves. Default: they stand in air.
+    pub tips_um: Option<f64>,
 }
 
 impl Prisms {
@@ -356,6 +370,9 @@ pub struct Grooves {
     pub profile_um: Vec<List<f64, 2>>,
     /// Direction of the grooves, from the x axis, degrees; -360 to 360; default 0.
     pub direction_deg: Option<f64>,
+    /// Depth to which the tips stand in the film beyond them, a layer of glue in optical contact, µm;
+    /// above 0, at most the height of the grooves. Default: they stand in air.
+    pub tips_um: Option<f64>,
 }
 
 /// Keys of microlenses, pyramids and cones.

@@ -47,6 +47,8 @@ pub enum SourceForm {
     /// A point that emits a far field (`.ies`, `.ldt`), whole, or a set of rays (`.tm25ray`,
     /// `.ray`, `.dat`, `.sdf`, `.txt`) that start about it.
     File(SourceOfFile),
+    /// A point with the angular table of a data sheet.
+    Table(TableSource),
 }
 
 impl Kinds for SourceForm {
@@ -117,7 +119,8 @@ pub struct SourceOfFile {
     /// all packages stand in it. Default silicone where there is a dome, else air.
     pub inside: Option<String>,
     /// File, relative to the design file; axis and azimuths are those of the package unless it is
-    /// turned.
+    /// turned. Of a table two or three columns in place of the lists: angle, intensity, `across`;
+    /// form as of `dome.meridian_file`.
     pub file: String,
     /// Rotation about x, then y, then z of the package, about `position_mm`, degrees; each -360 to
     /// 360. Default [0, 0, 0].
@@ -128,6 +131,31 @@ pub struct SourceOfFile {
     pub samples: Option<usize>,
 }
 
+/// Keys of a point with a table of angles.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TableSource {
+    /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium of
+    /// `inside` alone.
+    pub position_mm: List<f64, 3>,
+    /// Surroundings: `"silicone"`, `"air"` or a solid with a medium; one with `per = "array"` where
+    /// all packages stand in it. Default silicone where there is a dome, else air.
+    pub inside: Option<String>,
+    /// Angles to the axis +z, degrees, ascending, -180 to 180; dark beyond the ends. Below 0, where
+    /// any are as far as above: towards -x, of `across` towards -y.
+    pub angle_deg: Option<Vec<f64>>,
+    /// Intensity at each, in any unit, on straight lines between: all round, with `across` in the
+    /// plane of x.
+    pub intensity: Option<Vec<f64>>,
+    /// Intensity at each in the plane of y; between the planes by azimuth.
+    pub across: Option<Vec<f64>>,
+    /// File of these columns instead.
+    pub file: Option<String>,
+    /// Rotation about x, then y, then z of the package, about `position_mm`, degrees; each -360 to
+    /// 360. Default [0, 0, 0].
+    pub rotation_deg: Option<List<f64, 3>>,
+}
+
 impl SourceForm {
     /// Place, mm, and the stated surroundings; `None` of a chip.
     pub fn place(&self) -> Option<([f64; 3], Option<&str>)> {
@@ -136,6 +164,7 @@ impl SourceForm {
             Self::Cosine(source) => (&source.position_mm, &source.inside),
             Self::Rectangle(source) => (&source.position_mm, &source.inside),
             Self::File(source) => (&source.position_mm, &source.inside),
+            Self::Table(source) => (&source.position_mm, &source.inside),
             Self::Chip(_) => return None,
         };
         Some((position_mm.0, inside.as_deref()))
@@ -145,6 +174,7 @@ impl SourceForm {
     pub fn file(&self) -> Option<&String> {
         match self {
             Self::File(source) => Some(&source.file),
+            Self::Table(source) => source.file.as_ref(),
             _ => None,
         }
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Speos BSDFs as text: `.anisotropicbsdf` (rotations of the sample, one spectrum for all) and
-//! `.brdf` (isotropic, a table for each wavelength).
+//! Speos BSDFs: `.anisotropicbsdf` (rotations of the sample, one spectrum for all) and `.brdf`
+//! (isotropic, a table for each wavelength), as text; the first also in [binary mode](super::binary).
 //!
 //! In: the bytes of a file, or a [`SpeosBsdf`]. Out: the other. Light arrives travelling along +x
 //! of a frame about the normal z; scatter angles are spherical in that frame, so the specular
@@ -9,9 +9,9 @@
 //!
 //! Sources of the layout: the vendor's help, "Structure of Anisotropic BSDF Files" and "Structure
 //! of BRDF files" (Optis Labs), text mode; sample files of `ansys/optical-automation` and
-//! `ansys/pyspeos`. The layout of the binary mode and of `.bsdf180` is not public: such files are
-//! refused with a hint.
+//! `ansys/pyspeos`. Binary `.brdf` and `.bsdf180` are refused with a hint.
 
+use super::binary;
 use crate::text::{FormatError, Tokens, check_line_ends, push_rows, quoted, utf8};
 use bsdf::Transport;
 use std::fmt::Write as _;
@@ -79,7 +79,7 @@ pub struct SpeosBsdf {
 /// Reads the bytes of a file.
 ///
 /// # Errors
-/// If it is not of this layout, or in binary mode; several kinds of line end; NaN, infinite or
+/// If it is not of this layout, or of binary content that is not known; several kinds of line end; NaN, infinite or
 /// negative values; angles out of order; a power above 1.
 pub fn read(bytes: &[u8]) -> Result<SpeosBsdf, FormatError> {
     let mut lines = bytes.split(|b| matches!(b, b'\r' | b'\n'));
@@ -94,8 +94,19 @@ pub fn read(bytes: &[u8]) -> Result<SpeosBsdf, FormatError> {
     };
     let mode = lines.find(|line| !line.is_empty()).unwrap_or_default();
     // Binary content follows the mode without a line end.
-    let begins_binary = || mode.starts_with(b"1") && mode.get(1).is_some_and(u8::is_ascii_control);
-    if mode.trim_ascii() == b"1" || begins_binary() {
+    let begins_binary = mode.starts_with(b"1") && mode.get(1).is_some_and(u8::is_ascii_control);
+    if begins_binary && kind == 0 {
+        let begin = bytes.iter().position(|b| *b == b'\n').map_or(bytes.len(), |end| end + 2);
+        let text = binary::as_text(&heading, bytes, begin)?;
+        return read(text.as_bytes()).map_err(|FormatError { at, expected, got }| {
+            FormatError::offset(
+                begin as u64,
+                format!("{expected} (at {at} of the file as text)"),
+                got,
+            )
+        });
+    }
+    if mode.trim_ascii() == b"1" || begins_binary {
         let expected = "0 (text): the layout of mode 1 (binary) is not public; open the file in the BSDF viewer of Speos and save it as text";
         return Err(FormatError::line(2, expected, "1, a binary Speos BSDF"));
     }

@@ -21,10 +21,12 @@ pub struct CaseKeys {
     /// Refractive index [n, k] of the half-space behind: n and k not negative, not both 0, at most
     /// 1e6.
     pub n_bottom: List<f64, 2>,
-    /// Layers, at most 1e9 wavelengths in all; this or `relief`.
+    /// Layers, at most 1e9 wavelengths in all; this, `relief` or `profile`.
     pub layers_top_to_bottom: Option<Vec<LayerKeys>>,
-    /// Cross-section to be cut into layers; this or `layers_top_to_bottom`.
+    /// Cross-section by polygons; this, `layers_top_to_bottom` or `profile`.
     pub relief: Option<ReliefKeys>,
+    /// Surface between the two half-spaces by its shape; this, `layers_top_to_bottom` or `relief`.
+    pub profile: Option<ProfileKeys>,
     /// Polar angle of incidence, degrees; above -90, below 90.
     pub theta_deg: f64,
     /// Azimuth of the plane of incidence from x, degrees; -360 to 360.
@@ -87,6 +89,18 @@ pub struct PolygonKeys {
     pub n: List<f64, 2>,
     /// Corners [x, z], z from 0 to the depth, at most 16 periods wide; x is wrapped at the period.
     pub points: Vec<List<f64, 2>>,
+}
+
+/// A surface.
+#[derive(Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ProfileKeys {
+    /// Height h of the sinusoid z = h (1 + cos 2πx/period)/2, at most 1e9 wavelengths; this or `points`.
+    pub sinusoid: Option<f64>,
+    /// Corners [x, z] or [x, z, turn] over one period, from left to right, the last one joined to the
+    /// first of the next period; the side to the next corner is an arc that turns by so many degrees
+    /// towards the bottom, less than 360; this or `sinusoid`.
+    pub points: Option<Vec<Vec<f64>>>,
 }
 
 /// Polarisation of the incident wave.

@@ -174,12 +174,12 @@ fn wrong_directions_polarisations_and_orders_are_refused() {
         (
             "/relief",
             with_relief()["relief"].clone(),
-            "expected either layers_top_to_bottom or relief, got both",
+            "expected either layers_top_to_bottom, relief or profile, got several",
         ),
         (
             "/layers_top_to_bottom",
             Value::Null,
-            "either layers_top_to_bottom or relief, got neither",
+            "either layers_top_to_bottom, relief or profile, got none",
         ),
         (
             "/layers_top_to_bottom",

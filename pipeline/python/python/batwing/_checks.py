@@ -16,6 +16,7 @@ from . import _native
 from .errors import FileError, InputError, UnitWarning
 
 Word = TypeVar("Word", bound=str)
+Wanted = TypeVar("Wanted")
 Floats = npt.NDArray[np.float64]
 
 
@@ -29,7 +30,15 @@ def describe(value: Any) -> str:
     """Shape and dtype of an array, or its type."""
     if isinstance(value, np.ndarray):
         return f"an array of shape {value.shape} and dtype {value.dtype}"
-    return f"{type(value).__name__} {value!r}"
+    kind, text = type(value).__name__, repr(value)
+    return f"{kind} {text}" if len(text) <= 100 and "\n" not in text else f"a {kind}"
+
+
+def instance(key: str, value: Any, wanted: type[Wanted], what: str) -> Wanted:
+    """An object of a class of this package."""
+    if not isinstance(value, wanted):
+        refuse(key, what, describe(value))
+    return value
 
 
 def floats(key: str, value: Any) -> Floats:

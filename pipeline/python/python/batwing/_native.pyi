@@ -8,6 +8,9 @@ _Floats = npt.NDArray[np.float64]
 _Complexes = npt.NDArray[np.complex128]
 _Half = tuple[int, _Floats]
 _ComplexHalf = tuple[int, _Complexes]
+_Part = tuple[
+    bool, bool, list[float], list[float], list[tuple[list[float], list[float], _Floats]]
+]
 _NamedArray = tuple[str, _Floats, list[tuple[str, str, list[float]]], tuple[str, str] | None]
 
 __all__ = [
@@ -121,7 +124,7 @@ class Interface:
         tuple[_ComplexHalf, _ComplexHalf] | None,
         float,
         int,
-        tuple[int, int, float | None],
+        tuple[int, int, int, float | None],
         str | None,
     ]: ...
     def hemisphere(
@@ -150,6 +153,8 @@ class Surface:
     def read(
         path: str, indices: tuple[float, float], shifted: bool, inner: bool
     ) -> Surface: ...
+    @staticmethod
+    def from_cells(parts: list[_Part], indices: tuple[float, float], shifted: bool) -> Surface: ...
     @staticmethod
     def from_bytes(bytes: bytes) -> Surface: ...
     def to_bytes(self) -> bytes: ...

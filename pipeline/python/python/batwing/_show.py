@@ -9,7 +9,7 @@ import io
 import os
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,7 +39,7 @@ def warn(message: str, category: type[Warning] = UserWarning) -> None:
 
 
 def warn_of_design(messages: list[str]) -> None:
-    """Warnings of a command on a design."""
+    """Warnings on a design or a table."""
     for message in messages:
         warn(message, DesignWarning)
 
@@ -77,7 +77,7 @@ def _fields(result: Any) -> list[tuple[str, str]]:
         if isinstance(value, np.ndarray):
             text = f"{value:.6g}" if value.ndim == 0 else f"{value.dtype} {value.shape}"
         elif isinstance(value, dict):
-            text = ", ".join("/".join(k) if isinstance(k, tuple) else str(k) for k in value)
+            text = ", ".join("/".join(map(str, k)) if isinstance(k, tuple) else str(k) for k in value)
         elif isinstance(value, tuple) and value and hasattr(value[0], "__dataclass_fields__"):
             text = f"{len(value)} of {type(value[0]).__name__}"
         else:
@@ -292,8 +292,10 @@ def solution_dataset(value: Solution) -> Any:
     attributes = {
         "polarisation": value.polarisation,
         "side": value.side,
+        "method": value.method,
         "orders": value.orders,
         "slices": value.slices,
+        "nodes": value.nodes,
         "energy_residual": value.energy_residual,
     }
     if value.estimated_error is not None:
@@ -364,6 +366,20 @@ def map_dataset(value: Map) -> Any:
     if "stokes" in before:
         coordinates["stokes"] = ["I", "Q", "U", "V"]
     return _xarray().Dataset(variables, coordinates)
+
+
+def curve_dataset(
+    axis: str, places: Any, unit: str, values: Mapping[str, Any], unit_of_values: str
+) -> Any:
+    """Values over places on an axis."""
+    attributes = {"units": unit_of_values}
+    variables = {name: (axis, one, attributes) for name, one in values.items()}
+    return _xarray().Dataset(variables, {axis: (axis, places, {"units": unit})})
+
+
+def table_dataset(columns: Mapping[str, Any]) -> Any:
+    """Columns over rows."""
+    return _xarray().Dataset({name: ("row", column) for name, column in columns.items()})
 
 
 def results_dataset(value: Results) -> Any:

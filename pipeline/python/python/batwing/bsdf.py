@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -31,7 +31,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from . import _checks, _native, _show
+from . import _checks, _native, _nodes, _show
 from ._checks import Floats
 from .gratings import Grating
 
@@ -46,6 +46,9 @@ __all__ = [
     "build",
     "compare",
     "convert",
+    "from_function",
+    "from_rows",
+    "from_values",
     "read",
 ]
 
@@ -143,8 +146,8 @@ class WrittenFile:
 class Table:
     """A surface that scatters: a table of diffraction orders, or of measured cells.
 
-    Tables are made by `build` and `read`. They can be pickled where they hold orders, and used from
-    several threads.
+    Tables are made by `build`, `read`, `from_values`, `from_rows` and `from_function`. They can be
+    pickled where they hold orders, and used from several threads.
     """
 
     __slots__ = ("_surface",)
@@ -335,6 +338,7 @@ def build(
     batwing.ConvergenceError
         A tolerance out of reach.
     """
+    _checks.instance("grating", grating, Grating, "a batwing.rcwa.Grating")
     wavelength = _checks.length("wavelength_um", wavelength_um)
     aim = 1e-3 if tolerance is None else _checks.number("tolerance", tolerance)
     interface = grating._at(wavelength)
@@ -384,13 +388,141 @@ def read(
         A file that does not keep to its format; the message says line or byte, what was expected and
         what stands there.
     """
-    inner, outer = (_checks.length("indices", n) for n in indices)
-    between = _checks.choice("between", between, get_args(LobeMotion))
+    inner, outer, shifted = _between(indices, between)
     side = _checks.choice("side", side, get_args(TableSide))
-    surface = _native.Surface.read(
-        os.fspath(path), (inner, outer), between == "shifted", side == "inner"
+    return Table(_native.Surface.read(os.fspath(path), (inner, outer), shifted, side == "inner"))
+
+
+def _between(indices: Sequence[float], between: LobeMotion) -> tuple[float, float, bool]:
+    """Index of the inner and the outer side, and whether lobes are shifted."""
+    both = _checks.floats("indices", indices)
+    if both.shape != (2,) or both.min() <= 0.0:
+        _checks.refuse("indices", "two numbers above 0, of the inner and the outer side", str(both))
+    shifted = _checks.choice("between", between, get_args(LobeMotion)) == "shifted"
+    return float(both[0]), float(both[1]), shifted
+
+
+def from_values(
+    values: npt.ArrayLike,
+    *,
+    wi_theta_deg: npt.ArrayLike,
+    wo_theta_deg: npt.ArrayLike,
+    wo_phi_deg: npt.ArrayLike,
+    wi_phi_deg: npt.ArrayLike = 0.0,
+    indices: Sequence[float] = (1.0, 1.0),
+    between: LobeMotion = "fixed",
+) -> Table:
+    """A table of BSDFs on grids of angles, with the checks of the files of other programs.
+
+    Polar angles count from the outward normal: those below 90 degrees are on the outer side, those
+    above on the inner side. Where `wi` and `wo` are on one side, the value belongs to reflection, else
+    to transmission; what is left out scatters nothing, or follows by reciprocity as in files. A value
+    holds half-way to its neighbours in `wo`. Between directions of `wi` powers are interpolated.
+
+    Parameters
+    ----------
+    values : array_like, shape (wi_theta, wi_phi, wo_theta, wo_phi)
+        Power per incident power, solid angle and cosine of `wo`, 1/sr; without the axis of `wi_phi`
+        where that is one.
+    wi_theta_deg, wo_theta_deg : array_like
+        Polar angles, 0 to 180 degrees, ascending.
+    wi_phi_deg : array_like
+        Azimuths, 0 to below 360 degrees; one stands for all, with which the scattering turns.
+    wo_phi_deg : array_like
+        Azimuths around the whole circle, 0 to 360 degrees, ascending.
+    indices : (float, float)
+        Index of the inner and outer side.
+    between : {'fixed', 'shifted'}
+        Whether lobes stay, or move with the incident light, between its directions.
+
+    Raises
+    ------
+    batwing.InputError
+        Angles out of order, values below 0, NaN, powers above 1.
+
+    Examples
+    --------
+    A white wall of the reflectance 0.6:
+
+    >>> theta, phi = np.arange(2.5, 90, 5), np.arange(0, 360, 30)
+    >>> values = np.full((2, theta.size, phi.size), 0.6 / np.pi)
+    >>> wall = from_values(values, wi_theta_deg=[0, 80], wo_theta_deg=theta, wo_phi_deg=phi)
+    >>> wall.albedo(np.array([[0.0, 0.6, 0.8]])).reflected.round(6)
+    array([[0.6, 0.6]])
+    """
+    grids = (
+        _nodes.angles("wi_theta_deg", wi_theta_deg, 180.0),
+        _nodes.angles("wi_phi_deg", wi_phi_deg, 360.0),
+        _nodes.angles("wo_theta_deg", wo_theta_deg, 180.0),
+        _nodes.angles("wo_phi_deg", wo_phi_deg, 360.0),
     )
-    return Table(surface)
+    return _of_nodes(_nodes.of_values(_checks.floats("values", values), grids), indices, between)
+
+
+def from_rows(
+    rows: npt.ArrayLike, *, indices: Sequence[float] = (1.0, 1.0), between: LobeMotion = "fixed"
+) -> Table:
+    """A table of measured rows; angles, values and other arguments are those of `from_values`.
+
+    Parameters
+    ----------
+    rows : array_like, shape (n, 5)
+        Polar angle and azimuth of `wi`, those of `wo`, and the BSDF in 1/sr, in any order. For each
+        direction of `wi`, the rows of one side of `wo` have each of their polar angles at each of
+        their azimuths. Along the normal one azimuth stands for all, of `wi` and of `wo`.
+    """
+    return _of_nodes(_nodes.of_rows(_checks.floats("rows", rows)), indices, between)
+
+
+def from_function(
+    function: Callable[[Floats, Floats], npt.ArrayLike],
+    *,
+    incidence_deg: float = 5.0,
+    azimuth_deg: float | None = None,
+    scatter_deg: float = 2.0,
+    indices: Sequence[float] = (1.0, 1.0),
+    between: LobeMotion = "fixed",
+) -> Table:
+    """A table of a BSDF by formula; other arguments are those of `from_values`.
+
+    Parameters
+    ----------
+    function : callable
+        BSDF in 1/sr of unit vectors `wi` and `wo`, arrays of shape (n, 3): an array of shape (n,). It
+        is called for `wi` and `wo` on both sides: z > 0 is the outer one.
+    incidence_deg, azimuth_deg : float
+        Steps of the polar angle and azimuth of `wi` [default: one azimuth, with which the scattering
+        turns].
+    scatter_deg : float
+        Steps of polar angle and azimuth of `wo`: a cell holds the mean of four points, weighted by
+        their cosine.
+
+    Raises
+    ------
+    batwing.InputError
+        A step that does not divide its range; values below 0, NaN; powers above 1; a function that
+        changes with the azimuth, without `azimuth_deg`.
+
+    Examples
+    --------
+    A diffuser of glossy transmission, which reflects nothing:
+
+    >>> def glossy(wi, wo):
+    ...     through = np.where(wi[:, 2] * wo[:, 2] < 0, 1.0, 0.0)
+    ...     return through * 0.5 * 9 / (2 * np.pi) * np.abs(wo[:, 2]) ** 7
+    >>> found = from_function(glossy, scatter_deg=5).albedo(np.array([[0.0, 0.0, 1.0]]))
+    >>> found.transmitted.round(4)
+    array([[0.5, 0.5]])
+    """
+    incidence = _nodes.step("incidence_deg", incidence_deg, 90.0)
+    turn = None if azimuth_deg is None else _nodes.step("azimuth_deg", azimuth_deg, 360.0)
+    scatter = _nodes.step("scatter_deg", scatter_deg, 90.0)
+    return _of_nodes(_nodes.of_function(function, incidence, turn, scatter), indices, between)
+
+
+def _of_nodes(nodes: _nodes.Nodes, indices: Sequence[float], between: LobeMotion) -> Table:
+    inner, outer, shifted = _between(indices, between)
+    return Table(_native.Surface.from_cells(_nodes.parts(nodes), (inner, outer), shifted))
 
 
 def convert(
@@ -455,6 +587,8 @@ def compare(
     threads : int, optional
         Threads of this call.
     """
+    for key, table in (("first", first), ("second", second)):
+        _checks.instance(key, table, Table, "a batwing.bsdf.Table")
     side = _checks.choice("side", side, get_args(TableSide))
     theta = np.atleast_1d(
         np.arange(0.0, 90.0, 5.0) if theta_deg is None else _checks.floats("theta_deg", theta_deg)

@@ -84,7 +84,7 @@ class ConvergenceWarning(UserWarning):
 
 
 class DesignWarning(UserWarning):
-    """A warning of a command on a design, as it stands on the terminal."""
+    """A warning on a design or a table, as it stands on the terminal."""
 
 
 class ReliefWarning(UserWarning):

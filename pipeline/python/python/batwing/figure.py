@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import KW_ONLY, dataclass, field, fields
 from numbers import Real
 from typing import Any, Literal, Union
 
@@ -25,12 +25,18 @@ def __dir__() -> list[str]:
 class Figure:
     """A figure of merit with its standard error.
 
-    It shows as on the terminal. Sums, differences, products and quotients of figures and numbers
-    are figures, whose errors take those of the operands as independent. Figures of one trace
-    are not: the paired `change` of a search knows its own error. Where an operand is known between two
-    ends alone, the result is an interval; there the ends of the others are the square root of three
-    standard errors away, as the program states them. A figure without a value, such as the angle of
-    a peak that is noise, is no operand.
+    It shows as on the terminal. Sums, differences, products, quotients, powers and `abs` of figures
+    and numbers are figures; `sqrt()` is ``** 0.5``, also as `numpy.sqrt`. Errors are those of first
+    order. Different figures are taken as independent, and what is computed of one figure twice is
+    not: ``f - f`` is 0 without an error. Figures of one trace are not independent: the paired `change`
+    of a search knows its own error. Where an operand is known between two ends alone, the result is
+    an interval; there the ends of the others are the square root of three standard errors away, as
+    the program states them. A figure without a value, such as the angle of a peak that is noise, is
+    no operand.
+
+    ``<``, ``<=``, ``>`` and ``>=`` compare values, whatever the errors; a figure that is known between
+    two ends alone is compared where both decide alike, and refused elsewhere. ``==`` with a number
+    compares the value, with a figure all attributes. `round` and `float` give plain numbers.
 
     Attributes
     ----------
@@ -64,6 +70,9 @@ class Figure:
     2.00 ± 0.50
     >>> Figure(0.0, 1e-5, upper_bound=3e-5)
     below 3.0e-5 (not resolved)
+    >>> f = Figure(4.0, 0.4)
+    >>> (f + 1) / 5, f.sqrt(), f - f, 3.9 < f
+    (1.00 ± 0.08, 2.00 ± 0.10, 0, True)
     """
 
     value: float
@@ -77,6 +86,8 @@ class Figure:
     key: str = ""
     is_difference: bool = False
     estimate: tuple[float, float] = (math.nan, math.nan)
+    #: Figures that this one is computed of, with its derivatives; none of one that is measured.
+    _terms: tuple[tuple[Figure, float], ...] = field(default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if math.isnan(self.estimate[0]):
@@ -144,6 +155,20 @@ class Figure:
         half = math.sqrt(3.0) * self.standard_error
         return self.value - half, self.value + half
 
+    def _operand(self, other: object, sign: str = "+") -> Figure | None:
+        """`other` beside this figure; None of what is neither a figure nor a number."""
+        if isinstance(other, Real):
+            # A number has the unit of a sum, and none in a product.
+            other = Figure(float(other), 0.0, self.unit if sign == "+" else "1")
+        if not isinstance(other, Figure):
+            return None
+        for one in (self, other):
+            if not one.has_value:
+                _checks.refuse("operand", "a figure with a value", str(one))
+        if sign == "+" and self.unit != other.unit:
+            _checks.refuse("unit", f"that of the other figure, {self.unit}", other.unit)
+        return other
+
     def _with(
         self,
         other: Operand,
@@ -152,30 +177,63 @@ class Figure:
         slopes: Callable[[float, float], tuple[float, float]],
     ) -> Figure:
         """`apply` of both; `slopes` are its derivatives, `sign` says what becomes of the units."""
-        if isinstance(other, Real):
-            # A number has the unit of a sum, and none in a product.
-            other = Figure(float(other), 0.0, self.unit if sign == "+" else "1")
-        if not isinstance(other, Figure):
+        second = self._operand(other, sign)
+        if second is None:
             return NotImplemented  # type: ignore[no-any-return]
-        for one in (self, other):
-            if not one.has_value:
-                _checks.refuse("operand", "a figure with a value", str(one))
-        if sign == "+" and self.unit != other.unit:
-            _checks.refuse("unit", f"that of the other figure, {self.unit}", other.unit)
-        may_vanish = not other.is_resolved and other._ends[0] <= 0.0 <= other._ends[1]
+        may_vanish = not second.is_resolved and second._ends[0] <= 0.0 <= second._ends[1]
         if sign == "/" and may_vanish:
-            _checks.refuse("divisor", "a figure away from 0", str(other))
-        value = apply(self.estimate[0], other.estimate[0])
-        unit = _unit(self.unit, other.unit, sign)
-        if self.is_resolved and other.is_resolved:
-            each = list(zip(slopes(self.value, other.value), (self, other)))
-            error = math.hypot(*(slope * one.standard_error for slope, one in each))
-            of_wavelengths = math.hypot(*(slope * one.wavelength_error for slope, one in each))
-            return Figure(value, error, unit, wavelength_error=of_wavelengths)
-        corners = [apply(one, two) for one in self._ends for two in other._ends]
-        ends = min(corners), max(corners)
-        error = 0.5 * (ends[1] - ends[0]) / math.sqrt(3.0)
-        return Figure(value, error, unit, interval=ends)
+            _checks.refuse("divisor", "a figure away from 0", str(second))
+        value = apply(self.estimate[0], second.estimate[0])
+        unit = _unit(self.unit, second.unit, sign)
+        if self.is_resolved and second.is_resolved:
+            return _computed(value, unit, zip((self, second), slopes(self.value, second.value)))
+        if self is second and sign != "*":
+            return _between(value, unit, [apply(end, end) for end in self._ends])
+        return _between(value, unit, [apply(a, b) for a in self._ends for b in second._ends])
+
+    def _of(
+        self, apply: Callable[[float], float], slope: Callable[[float], float], unit: str
+    ) -> Figure:
+        """`apply`, monotonic on either side of 0, of this figure; `slope` is its derivative."""
+        value = apply(self.estimate[0])
+        if self.is_resolved:
+            return _computed(value, unit, [(self, slope(self.value))])
+        ends = self._ends
+        turns = [0.0] if ends[0] < 0.0 < ends[1] else []
+        return _between(value, unit, [apply(end) for end in (*ends, *turns)])
+
+    def _compare(self, other: object, order: Callable[[float, float], bool]) -> bool:
+        second = self._operand(other)
+        if second is None:
+            return NotImplemented  # type: ignore[no-any-return]
+        ends = [one.interval or (one.value,) for one in (self, second)]
+        answers = {order(a, b) for a in ends[0] for b in ends[1]}
+        if len(answers) > 1:
+            _checks.refuse("comparison", "figures whose order is resolved", f"{self} and {second}")
+        return answers.pop()
+
+    def __lt__(self, other: Operand) -> bool:
+        return self._compare(other, operator.lt)
+
+    def __le__(self, other: Operand) -> bool:
+        return self._compare(other, operator.le)
+
+    def __gt__(self, other: Operand) -> bool:
+        return self._compare(other, operator.gt)
+
+    def __ge__(self, other: Operand) -> bool:
+        return self._compare(other, operator.ge)
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Real):
+            return self.value == float(other)
+        if not isinstance(other, Figure):
+            return NotImplemented
+        names = [one.name for one in fields(self) if one.compare]
+        return [getattr(self, name) for name in names] == [getattr(other, name) for name in names]
+
+    def __hash__(self) -> int:
+        return hash(self.value)
 
     def __add__(self, other: Operand) -> Figure:
         return self._with(other, "+", operator.add, lambda a, b: (1.0, 1.0))
@@ -194,13 +252,43 @@ class Figure:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Operand) -> Figure:
-        return self._with(other, "/", operator.truediv, lambda a, b: (1.0 / b, -a / (b * b)))
+        return self._with(other, "/", operator.truediv, lambda a, b: (1.0 / b, -a / b / b))
 
     def __rtruediv__(self, other: Number) -> Figure:
         return Figure(float(other), 0.0) / self
 
     def __neg__(self) -> Figure:
         return self * -1.0
+
+    def __abs__(self) -> Figure:
+        self._operand(0.0)
+        if self.upper_bound is not None:
+            return self
+        return self._of(abs, lambda value: math.copysign(1.0, value), self.unit)
+
+    def __pow__(self, exponent: Number) -> Figure:
+        if not isinstance(exponent, Real):
+            return NotImplemented
+        power = _checks.number("exponent", float(exponent))
+        self._operand(0.0)
+        low, high = (self.value, self.value) if self.is_resolved else self._ends
+        if low < 0.0 and not power.is_integer():
+            _checks.refuse("base", f"a figure of at least 0 for the exponent {power:g}", str(self))
+        if low <= 0.0 <= high and (power < 0.0 or self.is_resolved and 0.0 < power < 1.0):
+            _checks.refuse("base", f"a figure away from 0 for the exponent {power:g}", str(self))
+        unit = _power(self.unit, power)
+        return self._of(
+            lambda value: value**power,
+            lambda value: power * value ** (power - 1.0) if power else 0.0,
+            unit,
+        )
+
+    def sqrt(self) -> Figure:
+        """The square root, which `numpy.sqrt` gives too."""
+        return self**0.5
+
+    def __round__(self, digits: int | None = None) -> float:
+        return round(self.value, digits)
 
     @classmethod
     def of(cls, entry: Mapping[str, Any], unit: str = "1", key: str = "") -> Figure:
@@ -223,6 +311,35 @@ class Figure:
 
 Number = Union[float, np.floating[Any], np.integer[Any]]
 Operand = Union[Figure, Number]
+
+
+def _computed(value: float, unit: str, parts: Iterable[tuple[Figure, float]]) -> Figure:
+    """A figure of others, each with the derivative by it; what they share counts once."""
+    terms: dict[int, tuple[Figure, float]] = {}
+    for part, slope in parts:
+        for source, own in part._terms or ((part, 1.0),):
+            before = terms.get(id(source), (source, 0.0))[1]
+            terms[id(source)] = source, before + slope * own
+    error = math.hypot(*(slope * one.standard_error for one, slope in terms.values()))
+    of_wavelengths = math.hypot(*(slope * one.wavelength_error for one, slope in terms.values()))
+    return Figure(
+        value, error, unit, wavelength_error=of_wavelengths, _terms=tuple(terms.values())
+    )
+
+
+def _between(value: float, unit: str, ends: list[float]) -> Figure:
+    """A figure that is known between two ends alone."""
+    low, high = min(ends), max(ends)
+    return Figure(value, 0.5 * (high - low) / math.sqrt(3.0), unit, interval=(low, high))
+
+
+def _power(unit: str, power: float) -> str:
+    """Unit of a power: that of the product of as many figures, where it is one."""
+    if unit == "1" or power == 0.0:
+        return "1"
+    if power.is_integer() and power > 0.0:
+        return " ".join([unit] * int(power))
+    return f"({unit})^{power:g}" if " " in unit or "/" in unit else f"{unit}^{power:g}"
 
 
 def _unit(first: str, second: str, sign: str) -> str:

@@ -69,7 +69,7 @@ class Material:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> Material:
-        """A material file of refractiveindex.info.
+        """A material file: YAML or CSV of refractiveindex.info, or a glass catalogue of one glass.
 
         Raises
         ------

@@ -65,6 +65,7 @@ Integers = npt.NDArray[np.int64]
 Polarisation = Literal["s", "p", "unpolarised", "both"]
 LinearPolarisation = Literal["s", "p"]
 Orders = Literal["reflected", "transmitted"]
+Method = Literal["orders", "boundary integral", "both"]
 
 #: Bytes of a direction, and of each of its orders in one half-space: directions and lines, lists of
 #: orders of the runs that a search compares, and the arrays of the result.
@@ -103,8 +104,13 @@ class Solution:
         The part of it in s.
     jones_reflected, jones_transmitted : ndarray, shape (..., order, 2, 2), or None
         Electric amplitudes (s, p) out by (s, p) in.
+    method : {'orders', 'boundary integral', 'both'}
+        How it was solved; `both` of several wavelengths.
     orders, slices : int
-        Highest order kept and slices of the relief; of several wavelengths the largest.
+        Highest order kept and slices of the relief; of several wavelengths the largest; 0 by boundary
+        integrals.
+    nodes : int
+        Nodes on a period of the surface, of boundary integrals; 0 by orders.
     estimated_error : float or None
         Largest error of an efficiency, estimated; of several wavelengths the largest. Infinite where
         nothing finer can be solved, None with ``estimate=False``.
@@ -130,12 +136,20 @@ class Solution:
     jones_transmitted: Complexes | None
     orders: int
     slices: int
+    nodes: int
     estimated_error: float | None
     energy_residual: float
     bloch_wavevectors: int
     _grating: Grating = field(repr=False, compare=False)
 
     __repr__ = _show.brief
+
+    @property
+    def method(self) -> Method:
+        """How it was solved."""
+        if self.nodes == 0:
+            return "orders"
+        return "both" if self.slices > 0 or self.orders > 0 else "boundary integral"
 
     @property
     def total_reflected(self) -> Floats:
@@ -328,7 +342,9 @@ def solve(
     Notes
     -----
     Slices follow slanted walls of dielectrics. Other slanted walls are cut into stairs of two
-    heights and extrapolated. Theory: docs/explanation/theory.md.
+    heights and extrapolated; to a tolerance boundary integrals come first there, and where orders miss
+    it, if the relief is one surface between the half-spaces, all directions lie in the plane across the
+    grooves and `jones` is not asked for. Theory: docs/explanation/theory.md.
 
     Examples
     --------
@@ -339,6 +355,7 @@ def solve(
     >>> round(float(rcwa.solve(glass, 0.55, orders=2).total_reflected), 6)
     0.04
     """
+    _checks.instance("grating", grating, Grating, "a batwing.rcwa.Grating")
     theta, phi = _direction(theta_deg, phi_deg)
     polarisation = _chosen(polarisation, polarization, "unpolarised", get_args(Polarisation))
     side = _checks.choice("side", side, get_args(Side))
@@ -385,7 +402,7 @@ def solve(
         jones,
         threads,
     )
-    order, slice_count, error = found
+    order, slice_count, nodes, error = found
     if warning is not None:
         _show.warn(warning, ConvergenceWarning)
     if side == "bottom":
@@ -411,6 +428,7 @@ def solve(
         jones_transmitted=None if matrices is None else matrices[1][1].reshape(*shape, -1, 2, 2),
         orders=order,
         slices=slice_count,
+        nodes=nodes,
         estimated_error=error,
         energy_residual=grating._residual(wavelength, residual, upper[1], lower[1]),
         bloch_wavevectors=problems,
@@ -485,6 +503,7 @@ def _solve_wavelengths(
         jones_transmitted=joined("jones_transmitted"),
         orders=max(one.orders for one in found),
         slices=max(one.slices for one in found),
+        nodes=max(one.nodes for one in found),
         estimated_error=max(errors, default=None),
         energy_residual=max(one.energy_residual for one in found),
         bloch_wavevectors=sum(one.bloch_wavevectors for one in found),
@@ -677,6 +696,7 @@ def hemisphere(
     batwing.InputError
         An argument out of its range, more orders than fit into memory.
     """
+    _checks.instance("grating", grating, Grating, "a batwing.rcwa.Grating")
     wavelength = _checks.length("wavelength_um", wavelength_um)
     kx_per_zone = _checks.whole("kx_per_zone", kx_per_zone, 1, 4096)
     threads = _checks.threads(threads)
@@ -820,6 +840,7 @@ def near_field(
     batwing.InputError
         An argument out of its range; too many points.
     """
+    _checks.instance("grating", grating, Grating, "a batwing.rcwa.Grating")
     wavelength = _checks.length("wavelength_um", wavelength_um)
     theta, phi = _checks.number("theta_deg", theta_deg), _checks.number("phi_deg", phi_deg)
     theta, phi = (float(a) for a in _direction(theta, phi))
@@ -885,6 +906,8 @@ def solve_case(
     """
     if isinstance(case, Mapping):
         name, text = "case", json.dumps(_checks.plain("case", case))
+    elif not isinstance(case, (str, os.PathLike)):
+        _checks.refuse("case", "the path of a file or a dict", _checks.describe(case))
     else:
         name, text = os.fspath(case), _checks.text(case)
     solved: dict[str, Any] = json.loads(_native.solve_case(name, text, _checks.threads(threads)))

@@ -10,7 +10,7 @@ import os
 import re
 import shutil
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -35,12 +35,14 @@ __all__ = [
     "Report",
     "Reproduction",
     "Results",
+    "Zones",
     "in_memory",
     "load",
     "read_files",
     "read_report",
     "read_reproduction",
     "read_results",
+    "read_zones",
 ]
 
 Array = npt.NDArray[np.float64]
@@ -121,6 +123,11 @@ class FarField:
     standard_error: Array
 
     __repr__ = _show.brief
+
+    def to_xarray(self) -> Any:
+        """Intensity and error as an `xarray.Dataset` over theta."""
+        values = {"intensity": self.intensity, "standard_error": self.standard_error}
+        return _show.curve_dataset("theta", self.theta_deg, "degree", values, "1/sr")
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,13 +224,17 @@ def _map(image: Path, both: Array) -> Map | None:
     return Map(both[0], both[1], axes, about["quantity"], unit)
 
 
+def _units_of_bins(unit: str) -> dict[str, str]:
+    """Units of the figures of a receiver whose bins have this one."""
+    of_bins = dict.fromkeys(("mean", "min", "max"), unit)
+    ratios = dict.fromkeys(("min_to_max", "nine_points", "thirteen_points"), "W/W")
+    return {**of_bins, **ratios, **dict.fromkeys(("u_prime", "v_prime", "duv"), "1"), "cct_k": "k"}
+
+
 def _receiver(
     both: Array, axes: tuple[Axis, ...], about: dict[str, Any], xyz: Array | None
 ) -> Receiver:
-    of_bins = dict.fromkeys(("mean", "min", "max"), about["unit"])
-    ratios = dict.fromkeys(("min_to_max", "nine_points", "thirteen_points"), "W/W")
-    colours = {**dict.fromkeys(("u_prime", "v_prime", "duv"), "1"), "cct_k": "k"}
-    units = {**of_bins, **ratios, **colours}
+    units = _units_of_bins(about["unit"])
     figures = _estimates(about, units, about.get("flux_unit", about["unit"]))
     return Receiver(both[0], both[1], axes, about["quantity"], about["unit"], figures, about, xyz)
 
@@ -608,6 +619,35 @@ class Report(Files):
 
     __repr__ = _show.brief
 
+    def to_xarray(self, table: str) -> Any:
+        """The columns of a table as an `xarray.Dataset` over its rows."""
+        table = _checks.choice("table", table, sorted(self.tables))
+        return _show.table_dataset(self.tables[table])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Zones(Report):
+    """Results of `zones`.
+
+    Attributes
+    ----------
+    figures : dict of Figure
+        At full drive `white`, the mean over the panel, and `min`, `max`, `min_to_max`, ... of its bins;
+        of what the panel shows `halo_black`, `halo_bright` and `halo_contrast`, where black lies
+        beside bright.
+    radii_mm : dict of Figure
+        Where the light of one zone falls to a share, such as 0.5, of its largest ring; None where the
+        rings do not tell.
+    maps : dict of Map
+        `backlight`, and `panel` behind the panel, over y and x.
+    """
+
+    figures: dict[str, Figure]
+    radii_mm: dict[float, Figure | None]
+    maps: dict[str, Map]
+
+    __repr__ = _show.brief
+
 
 def _columns(path: Path) -> dict[str, npt.NDArray[Any]]:
     with path.open(newline="", encoding="utf-8") as file:
@@ -627,3 +667,22 @@ def read_report(folder: Path, keep: bool, name: str) -> Report:
     files = read_files(folder, keep, f"{name}.json")
     tables = {path.stem: _columns(path) for path in sorted(folder.glob("*.csv"))}
     return Report(tables=tables, **files)
+
+
+def read_zones(folder: Path, keep: bool) -> Zones:
+    """What `zones` wrote into a folder; `keep` reads all files into memory."""
+    report = read_report(folder, keep, "zones")
+    raw, unit = report.raw, report.raw["unit"]
+    halo = {f"halo_{key}": entry for key, entry in (raw["halo"] or {}).items()}
+    units = {**_units_of_bins(unit), "white": unit, "halo_black": unit, "halo_bright": unit}
+    names = sorted(path.stem for path in folder.glob("*.npy"))
+    maps = {name: _map(folder / f"{name}.exr", np.load(folder / f"{name}.npy")) for name in names}
+    radii = raw["light_spread"]["radii"]
+    return Zones(
+        **{one.name: getattr(report, one.name) for one in fields(report)},
+        figures=_estimates({"white": raw["white"], **raw["uniformity"], **halo}, units),
+        radii_mm={
+            one["share"]: one["radius_mm"] and Figure.of(one["radius_mm"], "mm") for one in radii
+        },
+        maps={name: one for name, one in maps.items() if one is not None},
+    )

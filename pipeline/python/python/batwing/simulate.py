@@ -23,7 +23,10 @@ import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal, Union, get_args
+
+import numpy as np
+import numpy.typing as npt
 
 from . import _checks, _native, _progress
 from .design import Design, DesignLike, FileLike, PathLike, stated, stated_file
@@ -49,12 +52,15 @@ from .results import (
     Report,
     Reproduction,
     Results,
+    Zones,
     in_memory,
     load,
     read_report,
     read_reproduction,
     read_results,
+    read_zones,
 )
+from .section import Distance, FullWave, Section, SectionFarField, read_full_wave
 
 __all__ = [
     "Axis",
@@ -63,9 +69,11 @@ __all__ = [
     "Comparison",
     "Constraint",
     "Design",
+    "Distance",
     "FarField",
     "Figure",
     "FrontDesign",
+    "FullWave",
     "Map",
     "Model",
     "ModelName",
@@ -77,7 +85,11 @@ __all__ = [
     "Report",
     "Reproduction",
     "Results",
+    "Section",
+    "SectionFarField",
     "Stage",
+    "Zones",
+    "full_wave",
     "load",
     "optimise",
     "read_rays",
@@ -86,10 +98,14 @@ __all__ = [
     "study",
     "tolerance",
     "trace_rays",
+    "zones",
 ]
 
 ModelName = Literal["geometric", "fine", "control", "hybrid", "all"]
+ZonesModelName = Literal["geometric", "fine", "control", "hybrid"]
 RayModelName = Literal["geometric", "hybrid"]
+#: Levels from 0 to 1, the top row first, or the path of such a file.
+Levels = Union[PathLike, npt.ArrayLike]
 
 
 def __dir__() -> list[str]:
@@ -301,6 +317,155 @@ def tolerance(
     options = _options(seed, cache, threads, samples=samples, paths=paths)
     with _file_command("tolerance", file, out, options) as (folder, keep):
         return read_report(folder, keep, "tolerance")
+
+
+def zones(
+    design: DesignLike,
+    pattern: Levels,
+    *,
+    zones: tuple[int, int] | None = None,
+    packages: tuple[int, int] | None = None,
+    receiver: str | None = None,
+    contrast: float | None = None,
+    picture: Levels | None = None,
+    model: ZonesModelName = "geometric",
+    direct: bool = False,
+    paths: int | None = None,
+    seed: int = 1,
+    out: PathLike | None = None,
+    cache: PathLike | None = None,
+    threads: int | None = None,
+) -> Zones:
+    """Dims the zones of a backlight (docs/guide/backlight.md); other arguments as those of `run`.
+
+    Parameters
+    ----------
+    pattern : array_like or path
+        Drives of the zones from 0 to 1, shape (rows, columns), the first row at the top; or a file of
+        them, text or a grey PNG.
+    zones, packages : (int, int), optional
+        Columns and rows of zones [default: one for each package], and of packages for which those of
+        the design stand [default: those of the design].
+    receiver : str, optional
+        Plane or luminance receiver [default: the plane of `receiver`].
+    contrast : float, optional
+        Largest over smallest transmittance of the panel [default: 5000].
+    picture : array_like or path, optional
+        What the panel shows, in a form of the pattern [default: the pattern].
+    direct : bool
+        Also trace the pattern itself, and compare.
+
+    Returns
+    -------
+    Zones
+        Figures of the backlight and of the panel, maps, a table of the zones.
+    """
+    name, own, place = stated(design)
+    texts = dict(own)
+    options = _options(
+        seed,
+        cache,
+        threads,
+        model=_checks.choice("model", model, get_args(ZonesModelName)),
+        pattern=_levels("pattern", pattern, texts),
+        picture=None if picture is None else _levels("picture", picture, texts),
+        zones=_columns_and_rows("zones", zones),
+        packages=_columns_and_rows("packages", packages),
+        receiver=receiver,
+        contrast=contrast,
+        direct=direct,
+        paths=paths,
+    )
+    with _folder(out) as (folder, keep):
+        _native.call(["zones", name, "--out", str(folder), *options], texts, place)
+        return read_zones(folder, keep)
+
+
+def _levels(key: str, value: Levels, texts: dict[str, str]) -> str:
+    """The name of a file of levels; those of an array go into `texts`."""
+    if isinstance(value, (str, os.PathLike)):
+        return os.fspath(value)
+    levels = _checks.floats(key, value)
+    if levels.ndim != 2:
+        _checks.refuse(key, "levels of shape (rows, columns)", _checks.describe(levels))
+    outside = np.argwhere((levels < 0.0) | (levels > 1.0))
+    if outside.size:
+        place = tuple(outside[0])
+        _checks.refuse(key, "levels from 0 to 1", f"{levels[place]} at {_checks.entry(*place)}")
+    name = f"{key}.csv"
+    texts[name] = "\n".join(",".join(map(repr, row)) for row in levels.tolist())
+    return name
+
+
+def _columns_and_rows(key: str, value: tuple[int, int] | None) -> str | None:
+    if value is None:
+        return None
+    if not isinstance(value, (tuple, list)) or len(value) != 2:
+        _checks.refuse(key, "numbers of columns and rows", _checks.describe(value))
+    columns, rows = (_checks.whole(key, number, 1, 10_000) for number in value)
+    return f"{columns}x{rows}"
+
+
+def full_wave(
+    design: DesignLike,
+    *,
+    rings: int | None = None,
+    ring_width_um: float | None = None,
+    scale: float | None = None,
+    sources: int | None = None,
+    tolerance: float | None = None,
+    nodes: float | None = None,
+    memory_gib: float | None = None,
+    paths: int | None = None,
+    seed: int = 1,
+    out: PathLike | None = None,
+    threads: int | None = None,
+) -> FullWave:
+    """Compares rays and hybrid with Maxwell's equations in the section of a dome
+    (docs/explanation/validity.md); other arguments as those of `run`.
+
+    Parameters
+    ----------
+    rings : int, optional
+        Rings from the axis to the rim [default: as many as ten minutes and the memory allow, at most
+        those of the design].
+    ring_width_um : float, optional
+        Width of a ring [default: `hybrid.element_width_um`].
+    scale : float, optional
+        In its place: the whole dome, with the rings as designed, times this factor.
+    sources : int, optional
+        Line sources over the chip [default: 360].
+    tolerance : float, optional
+        Error of full wave over the largest bin of a source, 1e-10 to 1e-3 [default: 1e-5].
+    nodes : float, optional
+        Nodes of full wave to a wavelength in the dome [default: those that the tolerance needs].
+    memory_gib : float, optional
+        Memory for full wave [default: 60 % of what is free].
+    paths : int, optional
+        Paths of rays and of the hybrid, for each polarisation [default: 2e6].
+
+    Returns
+    -------
+    FullWave
+        Far fields by three models, their distances, and those of the smooth dome of this size.
+    """
+    options = _options(
+        seed,
+        None,
+        threads,
+        rings=rings,
+        ring_width_um=ring_width_um,
+        scale=scale,
+        sources=sources,
+        tolerance=tolerance,
+        nodes=nodes,
+        memory_gib=memory_gib,
+        paths=paths,
+    )
+    name, texts, place = stated(design)
+    with _folder(out) as (folder, keep):
+        _native.call(["full-wave", name, "--out", str(folder), *options], texts, place)
+        return read_full_wave(folder, keep)
 
 
 def trace_rays(

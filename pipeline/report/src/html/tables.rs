@@ -184,9 +184,15 @@ pub fn spectra(models: &[Model]) -> Vec<Value> {
 pub fn ledger(models: &[Model]) -> Vec<Value> {
     let of_design = |design: &[Model]| {
         let names = accounts(design).into_iter();
-        let rows: Vec<_> = names.map(|key| (key.replace('_', " "), key)).collect();
-        let mut table = by_model(design, &rows, |model, account| {
-            let share = model.entry.power_ledger.account(account)?;
+        let row = |key: String| {
+            let name = key.replace('_', " ");
+            [(name.clone(), (key.clone(), false)), (format!("{name}, photons"), (key, true))]
+        };
+        let rows: Vec<_> = names.flat_map(row).collect();
+        let mut table = by_model(design, &rows, |model, (account, photons)| {
+            let entry = model.entry;
+            let ledger = if *photons { entry.photon_ledger.as_ref()? } else { &entry.power_ledger };
+            let share = ledger.account(account)?;
             Some(shown::number(&FigureEntry::new(share), Unit::Fraction))
         })?;
         table["between_films"] = between_films(design).into();

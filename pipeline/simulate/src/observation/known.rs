@@ -42,15 +42,14 @@ pub fn check_figure(design: &Design, key: &str) -> Result<Definition> {
     }
     let known = match figure.source {
         Source::Receiver | Source::ReceiverColours => {
-            // The bins of a surface hold one another: they have no sum.
-            let summed = design.receivers.iter().filter(|r| r.kind() != ReceiverKind::Surface);
-            let colours = has_wavelengths(design).then_some(COLOURS_OF_RECEIVER);
             let of = |r: &CheckedReceiver| {
+                let has_colours = has_wavelengths(design) && r.kind() != ReceiverKind::Surface;
+                let colours = has_colours.then_some(COLOURS_OF_RECEIVER);
                 let named = |figure: Definition| figure.of_receiver(r.name()).key.into_owned();
                 let all = figures_of(r).chain(colours.into_iter().flatten());
                 all.map(named).collect::<Vec<_>>()
             };
-            summed.flat_map(of).collect()
+            design.receivers.iter().flat_map(of).collect()
         }
         Source::Ledger if figures::all().all(|known| known.key != key) => ends(design)?,
         _ => return Ok(figure),

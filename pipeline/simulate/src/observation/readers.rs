@@ -13,7 +13,7 @@ use metrics::extraction::{self, flow};
 use metrics::far_field::{FarFieldReading, PeakPlace};
 use metrics::figures::{
     BY_ANGLE, Definition, ESCAPED_DOWN, ESCAPED_UP, EXTRACTION, FAR_FIELD, FLUX_DOWN, FLUX_UP,
-    ILLUMINANCE, OF_RECEIVER, Source,
+    ILLUMINANCE, OF_RECEIVER, OF_SURFACE, Source,
 };
 use metrics::illuminance::Grid;
 use metrics::kinds::Weighting;
@@ -80,11 +80,13 @@ pub(super) fn readers<'a>(
     for (k, receiver) in design.receivers.iter().enumerate() {
         let of_bins = ReceiverReader::new(k, receiver, design, units);
         let of_bins = of_bins.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
+        let of_sides = matches!(receiver.detector.measurement, Measurement::Flux(_))
+            .then(|| Box::new(SurfaceReader { number: k, receiver }) as Box<dyn Reader + 'a>);
         let by_angle = AngleReader::new(k, receiver, units);
         let by_angle = by_angle.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
         let colours = ReceiverColourReader::new(k, receiver, seen);
         let colours = colours.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
-        let readers = [of_bins, by_angle, colours].into_iter().flatten();
+        let readers = [of_bins, of_sides, by_angle, colours].into_iter().flatten();
         all.extend(
             readers
                 .filter(|reader| reader.columns().iter().any(|column| wanted(&column.figure.key))),
@@ -350,7 +352,35 @@ fn rectangle_of_points(receiver: &CheckedReceiver) -> Option<StatedRectangle> {
 
 /// The figures that a receiver has.
 pub(super) fn figures_of(receiver: &CheckedReceiver) -> impl Iterator<Item = Definition> {
-    figures_of_bins(receiver).chain(figures_by_angle(receiver).iter().copied())
+    let by_angle = figures_by_angle(receiver).iter().copied();
+    let is_surface = matches!(receiver.detector.measurement, Measurement::Flux(_));
+    let of_sides = is_surface.then_some(OF_SURFACE).into_iter().flatten();
+    figures_of_bins(receiver).filter(move |_| !is_surface).chain(by_angle).chain(of_sides)
+}
+
+/// Fluxes on a surface.
+struct SurfaceReader<'a> {
+    number: usize,
+    receiver: &'a CheckedReceiver,
+}
+
+impl Reader for SurfaceReader<'_> {
+    fn columns(&self) -> Vec<Column> {
+        let name = self.receiver.name();
+        OF_SURFACE.map(|figure| Column::plain(figure.of_receiver(name))).into()
+    }
+
+    fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
+        seen.receivers.get(self.number).map(Cow::Borrowed)
+    }
+
+    fn values(&self, powers: &[f64]) -> Vec<f64> {
+        powers.to_vec()
+    }
+
+    fn one_path(&self, power: f64) -> Vec<f64> {
+        vec![power; OF_SURFACE.len()]
+    }
 }
 
 /// Those that are read from its bins: flux and mean alone of one place, which has no extremes.

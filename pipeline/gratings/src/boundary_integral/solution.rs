@@ -5,32 +5,43 @@ use faer::Mat;
 use num_complex::Complex64;
 use rcwa::{Pol, Side};
 
-/// An order that propagates.
+/// An order that carries power away.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Order {
     /// Its number m.
     pub order: i32,
     /// kx0 + m λ/Λ, in units of k0.
     pub kx: f64,
-    /// sqrt(n² - kx²) > 0, in units of k0.
-    pub kz: f64,
+    /// sqrt(n² - kx²), in units of k0; above 0 without loss.
+    pub kz: Complex64,
 }
 
 /// All efficiencies at one Bloch wavevector.
 #[derive(Clone, Debug)]
 pub struct Solution {
     orders: [Vec<Order>; 2],
-    /// [polarisation](to, from), orders of the top first.
+    /// Number of the first incident wave from either side, and of all.
+    first: [usize; 3],
+    /// [polarisation](to, from), orders of the top first; light comes from media without loss.
     efficiencies: [Mat<f64>; 2],
+    worst_balance: f64,
     nodes: usize,
 }
 
 impl Solution {
-    pub(super) fn new(orders: [Vec<Order>; 2], efficiencies: [Mat<f64>; 2], nodes: usize) -> Self {
-        Self { orders, efficiencies, nodes }
+    pub(super) fn new(
+        orders: [Vec<Order>; 2],
+        sources: [usize; 2],
+        efficiencies: [Mat<f64>; 2],
+        worst_balance: f64,
+        nodes: usize,
+    ) -> Self {
+        let first = [0, sources[0], sources[0] + sources[1]];
+        Self { orders, first, efficiencies, worst_balance, nodes }
     }
 
-    /// Orders that propagate in a half-space, ascending.
+    /// Orders that carry power into a half-space, ascending: without loss those that propagate, else
+    /// those with |kx| below |n|.
     pub fn orders(&self, side: Side) -> &[Order] {
         &self.orders[number(side)]
     }
@@ -40,19 +51,20 @@ impl Solution {
         self.nodes
     }
 
-    fn position(&self, side: Side, order: i32) -> Option<usize> {
-        let before = if side == Side::Top { 0 } else { self.orders[0].len() };
-        let found = self.orders(side).iter().position(|o| o.order == order)?;
-        Some(before + found)
-    }
-
     /// Share of the power of the wave that comes in by order `from.1` of side `from.0` which leaves
-    /// by `to`; 0 where either does not propagate. In the planar mount the polarisation is kept.
+    /// by `to`, in an absorbing half-space through the plane next to the surface; 0 where `to`
+    /// carries none or no light comes by `from`. In the planar mount the polarisation is kept.
     pub fn efficiency(&self, from: (Side, i32, Pol), to: (Side, i32)) -> f64 {
-        let places = (self.position(to.0, to.1), self.position(from.0, from.1));
-        let (Some(row), Some(column)) = places else {
+        let place =
+            |(side, order): (Side, i32)| self.orders(side).iter().position(|o| o.order == order);
+        let (Some(row), Some(column)) = (place(to), place((from.0, from.1))) else {
             return 0.0;
         };
+        let row = row + if to.0 == Side::Top { 0 } else { self.orders[0].len() };
+        let column = self.first[number(from.0)] + column;
+        if column >= self.first[number(from.0) + 1] {
+            return 0.0;
+        }
         self.efficiencies[usize::from(from.2 == Pol::P)][(row, column)]
     }
 
@@ -61,16 +73,10 @@ impl Solution {
         self.orders(to).iter().map(|o| self.efficiency(from, (to, o.order))).sum()
     }
 
-    /// Largest |R + T - 1| of any incident wave. Nothing in the equations enforces 0: it shows the
-    /// error.
+    /// Largest |R + T - 1| of any incident wave; T, if the other half-space absorbs, is the power
+    /// through the surface. Nothing in the equations enforces 0: it shows the error.
     pub fn worst_balance(&self) -> f64 {
-        let residual = |matrix: &Mat<f64>, from: usize| {
-            ((0..matrix.nrows()).map(|to| matrix[(to, from)]).sum::<f64>() - 1.0).abs()
-        };
-        let each = |matrix: &Mat<f64>| {
-            (0..matrix.ncols()).map(|from| residual(matrix, from)).fold(0.0, f64::max)
-        };
-        self.efficiencies.iter().map(each).fold(0.0, f64::max)
+        self.worst_balance
     }
 
     /// Largest difference of any efficiency from another solution of the same problem.
@@ -93,23 +99,15 @@ pub(super) fn number(side: Side) -> usize {
     }
 }
 
-/// Orders and their kz up to a few beyond the last that propagates; `spacing` is λ/Λ.
-pub(super) fn all_orders(n: f64, kx0: f64, spacing: f64) -> Vec<(i32, Complex64)> {
-    let reach = n + 3.0 * spacing;
+/// Orders with |kx| up to `reach` and their kz, outgoing.
+pub(super) fn all_orders(n: Complex64, kx0: f64, spacing: f64, reach: f64) -> Vec<Order> {
     let (first, last) =
         (((-reach - kx0) / spacing).floor() as i32, ((reach - kx0) / spacing).ceil() as i32);
     (first..=last)
-        .map(|m| {
-            let kx = kx0 + f64::from(m) * spacing;
-            (m, Complex64::from((n - kx) * (n + kx)).sqrt())
+        .map(|order| {
+            let kx = kx0 + f64::from(order) * spacing;
+            let root = ((n - kx) * (n + kx)).sqrt();
+            Order { order, kx, kz: if root.im < 0.0 { -root } else { root } }
         })
-        .collect()
-}
-
-/// The orders that propagate.
-pub(super) fn propagating(n: f64, kx0: f64, spacing: f64) -> Vec<Order> {
-    let all = all_orders(n, kx0, spacing).into_iter();
-    all.filter(|(_, kz)| kz.re > 0.0)
-        .map(|(order, kz)| Order { order, kx: kx0 + f64::from(order) * spacing, kz: kz.re })
         .collect()
 }

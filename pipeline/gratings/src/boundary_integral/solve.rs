@@ -8,15 +8,15 @@
 //! bottom),
 //!
 //! ρ = 1 for TE and ε₂/ε₁ for TM. The amplitudes of the orders are integrals of u and v with plane
-//! waves.
+//! waves, and the power through the surface is that of Im(u* v).
 
 use super::error::{IntegralError, positive};
 use super::kernel::{CMat, Layers, layers};
 use super::lattice::{Far, MOST, Place};
 use super::nodes::{Fineness, Nodes};
 use super::outline::Outline;
-use super::sides::same_medium;
-use super::solution::{Order, Solution, all_orders, number, propagating};
+use super::sides::check_media;
+use super::solution::{Order, Solution, all_orders, number};
 use faer::Mat;
 use faer::linalg::solvers::{PartialPivLu, SolveCore};
 use num_complex::Complex64;
@@ -27,12 +27,15 @@ use std::f64::consts::TAU;
 /// Most nodes accepted: the matrix has twice as many rows.
 const MOST_NODES: usize = 6000;
 
-/// A surface between two media without loss, lit at one wavelength.
+/// Orders beyond |kx| = |n| whose poles may matter, in both directions.
+const MORE_POLES: f64 = 3.0;
+
+/// A surface between two media, lit at one wavelength.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grating {
     outline: Outline,
     wavelength: f64,
-    index: [f64; 2],
+    index: [Complex64; 2],
 }
 
 impl Grating {
@@ -40,20 +43,19 @@ impl Grating {
     /// unit.
     ///
     /// # Errors
-    /// A wavelength or an index that is not a finite number above 0; equal indices.
+    /// A wavelength that is not a finite number above 0; indices that no passive medium has, or equal
+    /// ones.
     pub fn new(
         outline: Outline,
         wavelength: f64,
-        n_top: f64,
-        n_bottom: f64,
+        n_top: impl Into<Complex64>,
+        n_bottom: impl Into<Complex64>,
     ) -> Result<Self, IntegralError> {
         positive("the wavelength", wavelength)?;
-        positive("the index of the top half-space", n_top)?;
-        positive("the index of the bottom half-space", n_bottom)?;
-        if same_medium(n_top, n_bottom) {
-            return Err(IntegralError::NoSurface { index: n_top });
-        }
-        Ok(Self { outline, wavelength, index: [n_top, n_bottom] })
+        // Adding zero makes -0 a 0, on which branches of square roots hang.
+        let index = [n_top.into() + Complex64::ZERO, n_bottom.into() + Complex64::ZERO];
+        check_media(index[0], index[1])?;
+        Ok(Self { outline, wavelength, index })
     }
 
     /// The surface that a relief of the two media makes, see [`Outline::of_relief`].
@@ -63,9 +65,10 @@ impl Grating {
     pub fn of_relief(
         relief: &Relief,
         wavelength: f64,
-        n_top: f64,
-        n_bottom: f64,
+        n_top: impl Into<Complex64>,
+        n_bottom: impl Into<Complex64>,
     ) -> Result<Self, IntegralError> {
+        let (n_top, n_bottom) = (n_top.into(), n_bottom.into());
         Self::new(Outline::of_relief(relief, n_top, n_bottom)?, wavelength, n_top, n_bottom)
     }
 
@@ -75,12 +78,22 @@ impl Grating {
     }
 
     /// Solves for all waves whose kx differs from `kx0` (in units of k0) by multiples of λ/Λ: all
-    /// propagating orders from both sides, in both polarisations, ky = 0.
+    /// propagating orders from both sides without loss, in both polarisations, ky = 0.
     ///
     /// # Errors
     /// A wavevector that is not finite, an order next to its cut-off, too many nodes.
     pub fn solve(&self, kx0: f64, fineness: Fineness) -> Result<Solution, IntegralError> {
-        Ok(Problem::new(self, kx0, fineness)?.solve())
+        self.solve_within(kx0, fineness, MOST_NODES)
+    }
+
+    /// As [`Grating::solve`] with so many nodes at most.
+    pub(super) fn solve_within(
+        &self,
+        kx0: f64,
+        fineness: Fineness,
+        most: usize,
+    ) -> Result<Solution, IntegralError> {
+        Ok(Problem::new(self, kx0, fineness, most)?.solve())
     }
 
     /// As [`Grating::solve`], and again with 1.5 times as many nodes. The finer solution and the
@@ -103,40 +116,54 @@ impl Grating {
 
 /// One Bloch wavevector on discrete nodes; lengths times k0.
 struct Problem {
-    index: [f64; 2],
+    index: [Complex64; 2],
     kx0: f64,
     nodes: Nodes,
-    /// Orders that propagate, above and below.
+    /// Orders that carry power, above and below.
     orders: [Vec<Order>; 2],
+    /// How many of them bring light: all without loss, or none.
+    sources: [usize; 2],
+    /// Planes through which power is counted, next to the surface.
+    planes: [f64; 2],
     far: [Far; 2],
 }
 
 impl Problem {
-    fn new(grating: &Grating, kx0: f64, fineness: Fineness) -> Result<Self, IntegralError> {
+    fn new(
+        grating: &Grating,
+        kx0: f64,
+        fineness: Fineness,
+        most: usize,
+    ) -> Result<Self, IntegralError> {
         if !kx0.is_finite() {
             return Err(IntegralError::Wavevector { got: kx0 });
         }
         let outline = grating.outline.scaled(TAU / grating.wavelength);
         let index = grating.index;
-        let nodes = Nodes::new(&outline, index[0].max(index[1]), fineness)?;
-        if nodes.list.len() > MOST_NODES {
-            return Err(IntegralError::TooLarge { nodes: nodes.list.len(), most: MOST_NODES });
-        }
+        let densest = index[0].norm().max(index[1].norm());
+        let nodes = Nodes::new(&outline, densest, fineness, most)?;
         let (low, high) = nodes.extent();
         let place = Place { period: outline.period(), low, high };
+        let spacing = TAU / place.period;
         let far = |side: Side| {
             let n = index[number(side)];
-            let all = all_orders(n, kx0, TAU / place.period);
-            let poles: Vec<Complex64> = all.iter().map(|o| o.1).collect();
+            let all = all_orders(n, kx0, spacing, n.norm() + MORE_POLES * spacing);
+            let poles: Vec<Complex64> = all.iter().map(|o| o.kz).collect();
             Far::new(n, kx0, &poles, place).ok_or_else(|| {
-                let nearest = all.iter().min_by(|a, b| a.1.norm().total_cmp(&b.1.norm()));
-                let (order, kz) = nearest.map_or((0, 0.0), |o| (o.0, o.1.norm()));
+                let nearest = all.iter().min_by(|a, b| a.kz.norm().total_cmp(&b.kz.norm()));
+                let (order, kz) = nearest.map_or((0, 0.0), |o| (o.order, o.kz.norm()));
                 IntegralError::CutOff { order, side, kz, most: MOST }
             })
         };
         let far = [far(Side::Top)?, far(Side::Bottom)?];
-        let orders = index.map(|n| propagating(n, kx0, TAU / place.period));
-        Ok(Self { index, kx0, nodes, orders, far })
+        let orders = index.map(|n| {
+            let mut all = all_orders(n, kx0, spacing, n.norm());
+            all.retain(|o| if n.im == 0.0 { o.kz.re > 0.0 } else { o.kx.abs() < n.norm() });
+            all
+        });
+        let sources = [0, 1].map(|side| if index[side].im == 0.0 { orders[side].len() } else { 0 });
+        let planes = outline.extent();
+        Ok(Self { index, kx0, nodes, orders, sources, planes, far })
     }
 
     fn solve(&self) -> Solution {
@@ -144,21 +171,25 @@ impl Problem {
             [0, 1].map(|i| layers(&self.nodes, self.index[i], self.kx0, &self.far[i]));
         let incident = self.incident();
         let projections = [self.projection(Side::Top), self.projection(Side::Bottom)];
+        let mut worst_balance: f64 = 0.0;
         let efficiencies = Pol::BOTH.map(|pol| {
-            let ratio = match pol {
-                Pol::S => 1.0,
-                Pol::P => (self.index[1] / self.index[0]).powi(2),
+            let weights = match pol {
+                Pol::S => [Complex64::ONE; 2],
+                Pol::P => self.index.map(|n| n * n),
             };
             let mut fields = incident.clone();
-            self.factor(&top, &bottom, ratio)
+            self.factor(&top, &bottom, weights[1] / weights[0])
                 .solve_in_place_with_conj(faer::Conj::No, fields.as_mut());
-            self.efficiencies(&fields, &projections, ratio)
+            let shares = self.efficiencies(&fields, &projections, weights);
+            worst_balance = self.balance(&fields, &shares, weights).fold(worst_balance, f64::max);
+            shares
         });
-        Solution::new(self.orders.clone(), efficiencies, self.nodes.list.len())
+        let (orders, count) = (self.orders.clone(), self.nodes.list.len());
+        Solution::new(orders, self.sources, efficiencies, worst_balance, count)
     }
 
     /// LU of the equations in u (first half) and ψ (second half).
-    fn factor(&self, top: &Layers, bottom: &Layers, ratio: f64) -> PartialPivLu<Complex64> {
+    fn factor(&self, top: &Layers, bottom: &Layers, ratio: Complex64) -> PartialPivLu<Complex64> {
         let count = self.nodes.list.len();
         let half = |i: usize, j: usize| if i == j { 0.5 } else { 0.0 };
         let matrix: CMat = Mat::from_fn(2 * count, 2 * count, |row, column| {
@@ -173,35 +204,42 @@ impl Problem {
         matrix.partial_piv_lu()
     }
 
+    /// Incident waves: side and order.
+    fn waves(&self) -> impl Iterator<Item = (usize, &Order)> {
+        [0, 1].into_iter().flat_map(|side| {
+            self.orders[side][..self.sources[side]].iter().map(move |order| (side, order))
+        })
+    }
+
     /// Every incident wave on the surface: the orders from the top, then those from the bottom.
     fn incident(&self) -> CMat {
         let count = self.nodes.list.len();
-        let from_top = self.orders[0].len();
-        Mat::from_fn(2 * count, from_top + self.orders[1].len(), |row, wave| {
-            let side = usize::from(wave >= from_top);
+        let waves: Vec<_> = self.waves().collect();
+        Mat::from_fn(2 * count, waves.len(), |row, wave| {
+            let (side, order) = waves[wave];
             if usize::from(row >= count) != side {
                 return Complex64::ZERO;
             }
-            let order = &self.orders[side][wave - side * from_top];
             let [x, z] = self.nodes.place(&self.nodes.list[row % count]);
             let kz = if side == 0 { order.kz } else { -order.kz };
             (Complex64::I * (order.kx * x + kz * z)).exp()
         })
     }
 
-    /// Amplitudes that leave on a side, as a matrix on u and on ψ (on ρψ at the bottom), since far
-    /// from the surface G = Σ i/(2 d kz_m) e^{i kx_m (x-x') + i kz_m |z-z'|}.
+    /// Amplitudes that leave on a side through the plane next to the surface, as a matrix on u and on
+    /// ψ (on ρψ at the bottom), since there G = Σ i/(2 d kz_m) e^{i kx_m (x-x') + i kz_m |z-z'|}.
     fn projection(&self, side: Side) -> CMat {
         let count = self.nodes.list.len();
         let step = TAU / count as f64;
         let orders = &self.orders[number(side)];
         let up = if side == Side::Top { 1.0 } else { -1.0 };
+        let plane = self.planes[number(side)];
         let i = Complex64::I;
         Mat::from_fn(orders.len(), 2 * count, |m, column| {
             let order = &orders[m];
             let node = &self.nodes.list[column % count];
             let [x, z] = self.nodes.place(node);
-            let wave = (i * (up * order.kz * z - order.kx * x)).exp();
+            let wave = (i * (up * order.kz * (z - plane) - order.kx * x)).exp();
             let weight = up * i * step / (2.0 * self.nodes.period * order.kz) * wave;
             if column < count {
                 weight
@@ -214,26 +252,58 @@ impl Problem {
         })
     }
 
-    /// Shares [to][from] of all propagating orders, those of the top first.
-    fn efficiencies(&self, fields: &CMat, projections: &[CMat; 2], ratio: f64) -> Mat<f64> {
+    /// Shares (to, from) of all orders, those of the top first; powers are Re(kz/weight) of a unit wave.
+    fn efficiencies(
+        &self,
+        fields: &CMat,
+        projections: &[CMat; 2],
+        weights: [Complex64; 2],
+    ) -> Mat<f64> {
         let count = self.nodes.list.len();
         let mut below = fields.clone();
         for wave in 0..below.ncols() {
             for row in count..2 * count {
-                below[(row, wave)] *= ratio;
+                below[(row, wave)] *= weights[1] / weights[0];
             }
         }
         let leaving = [&projections[0] * fields, &projections[1] * &below];
-        // Power of a unit wave: kz for TE, kz/ε for TM; ρ is the ratio of the permittivities there.
-        let channels: Vec<(usize, usize, f64)> = (0..2)
-            .flat_map(|side| {
-                let per = if side == 0 { 1.0 } else { ratio };
-                self.orders[side].iter().enumerate().map(move |(m, o)| (side, m, o.kz / per))
-            })
-            .collect();
-        Mat::from_fn(channels.len(), channels.len(), |to, from| {
-            let (side, m, power) = channels[to];
-            power / channels[from].2 * leaving[side][(m, from)].norm_sqr()
+        // Adding zero makes the -0 of metals without loss a 0.
+        let power = |side: usize, order: &Order| (order.kz / weights[side]).re + 0.0;
+        let incident: Vec<f64> = self.waves().map(|(side, order)| power(side, order)).collect();
+        let top = self.orders[0].len();
+        Mat::from_fn(top + self.orders[1].len(), incident.len(), |to, from| {
+            let side = usize::from(to >= top);
+            let m = to - side * top;
+            power(side, &self.orders[side][m]) / incident[from]
+                * leaving[side][(m, from)].norm_sqr()
+        })
+    }
+
+    /// |R + T - 1| of every incident wave. If the other half-space absorbs, T is the power through the
+    /// surface, Σ Im(u* ψ)/kz of a period.
+    fn balance<'a>(
+        &'a self,
+        fields: &'a CMat,
+        shares: &'a Mat<f64>,
+        weights: [Complex64; 2],
+    ) -> impl Iterator<Item = f64> + 'a {
+        let count = self.nodes.list.len();
+        let area = self.nodes.period * count as f64 / TAU;
+        self.waves().enumerate().map(move |(from, (side, order))| {
+            let sum = |rows: std::ops::Range<usize>| rows.map(|to| shares[(to, from)]).sum::<f64>();
+            let top = self.orders[0].len();
+            let own = if side == 0 { sum(0..top) } else { sum(top..shares.nrows()) };
+            let other = if self.sources[1 - side] > 0 {
+                sum(0..shares.nrows()) - own
+            } else {
+                let flow = |row: usize| {
+                    (fields[(row, from)].conj() * fields[(row + count, from)] / weights[0]).im
+                };
+                let sign = if side == 0 { 1.0 } else { -1.0 };
+                let incident = area * (order.kz / weights[side]).re;
+                sign * (0..count).map(flow).sum::<f64>() / incident
+            };
+            (own + other - 1.0).abs()
         })
     }
 }

@@ -64,9 +64,12 @@ impl Far {
     /// For index `n`, phase `alpha` per length, and the kz of all orders that matter (`poles`).
     /// `None` if an order is so near its cut-off that the contour would need more than [`MOST`]
     /// nodes.
-    pub(super) fn new(n: f64, alpha: f64, poles: &[Complex64], place: Place) -> Option<Self> {
+    pub(super) fn new(n: Complex64, alpha: f64, poles: &[Complex64], place: Place) -> Option<Self> {
         let width = place.high[0] - place.low[0];
         let least = (width / place.period - 1e-9).ceil() as i32 + 1;
+        if n.im * place.gap(least) > DIGITS {
+            return Some(Self { place, first: least, waves: Vec::new() });
+        }
         let cost = |p: &Plan| p.half as f64 * 2.0 + COST_OF_IMAGE * f64::from(p.first);
         let plan = (least..least + 4)
             .flat_map(|first| (1..=15).map(move |i| (first, 0.05 * f64::from(i))))
@@ -118,9 +121,16 @@ impl Far {
     }
 }
 
+impl Place {
+    /// Distance along x from all points of the surface to the next of the images from `first` on.
+    fn gap(&self, first: i32) -> f64 {
+        f64::from(first) * self.period - (self.high[0] - self.low[0])
+    }
+}
+
 impl Plan {
-    fn new(n: f64, poles: &[Complex64], place: Place, first: i32, tilt: f64) -> Option<Self> {
-        let distance = f64::from(first) * place.period - (place.high[0] - place.low[0]);
+    fn new(n: Complex64, poles: &[Complex64], place: Place, first: i32, tilt: f64) -> Option<Self> {
+        let (distance, size_of_n) = (place.gap(first), n.norm());
         let depth = place.high[1] - place.low[1];
         let turn = Complex64::from_polar(1.0, -tilt);
         // Largest logarithm of the integrand on the line through `i shift` (tilted).
@@ -129,7 +139,7 @@ impl Plan {
             let kappa = (n * n - t * t).sqrt();
             -kappa.im * distance + t.im.abs() * depth
         };
-        let scale = (n / distance).sqrt().min(n);
+        let scale = (size_of_n / distance).sqrt().min(size_of_n);
         let largest = |shift: f64| {
             let mut top = f64::NEG_INFINITY;
             let mut s = 0.0;
@@ -139,10 +149,10 @@ impl Plan {
                 if here < -DIGITS && s > scale {
                     return (top, s);
                 }
-                if s > 1e3 * (n + (DIGITS + 1.0) / distance) {
+                if s > 1e3 * (size_of_n + (DIGITS + 1.0) / distance) {
                     return (f64::INFINITY, s);
                 }
-                s += 0.1 * scale;
+                s += (0.1 * scale).max(0.02 * s);
             }
         };
         let (growth, end) = largest(0.0);
@@ -150,11 +160,13 @@ impl Plan {
         if growth > 4.0 {
             return None;
         }
-        let clear = poles.iter().map(|p| (p / turn).im).fold(f64::INFINITY, f64::min);
+        // κ branches at t = ±n.
+        let singular = poles.iter().chain([&n]);
+        let clear = singular.map(|p| (p / turn).im).fold(f64::INFINITY, f64::min);
         let step = [0.95, 0.7, 0.5, 0.35, 0.25, 0.15, 0.1]
             .into_iter()
             .map(|share| {
-                let shift = share * clear.min(n);
+                let shift = share * clear;
                 let worst = largest(shift).0.max(largest(-shift).0).max(0.0);
                 TAU * shift / (DIGITS + worst - (1.0_f64 - share).ln())
             })
@@ -166,29 +178,29 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
+    use super::super::cylinder::Cylinder;
     use super::*;
-    use full_wave::bessel::Bessel;
 
     /// kx and kz of orders far beyond the last that propagates.
-    fn orders(n: f64, alpha: f64, period: f64) -> Vec<(f64, Complex64)> {
-        let reach = (n * period / TAU) as i32 + 60;
+    fn orders(n: Complex64, alpha: f64, period: f64) -> Vec<(f64, Complex64)> {
+        let reach = (n.re * period / TAU) as i32 + 60;
         (-reach..=reach)
             .map(|m| {
                 let kx = alpha + TAU * f64::from(m) / period;
-                (kx, Complex64::from(n * n - kx * kx).sqrt())
+                (kx, (n * n - kx * kx).sqrt())
             })
             .collect()
     }
 
     /// Near images one by one and far images by the contour, from the origin to (x, z).
-    fn green(far: &Far, n: f64, alpha: f64, [x, z]: [f64; 2], source: [f64; 2]) -> Complex64 {
+    fn green(far: &Far, n: Complex64, alpha: f64, [x, z]: [f64; 2], source: [f64; 2]) -> Complex64 {
         let d = far.place.period;
         let near: Complex64 = (1 - far.first..far.first)
             .map(|image| {
                 let shift = f64::from(image) * d;
                 let r = (x - source[0] - shift).hypot(z - source[1]);
-                let b = Bessel::at(n * r);
-                Complex64::new(-0.25 * b.y0, 0.25 * b.j0) * (Complex64::I * alpha * shift).exp()
+                let h0 = Cylinder::at(n * r, false).h[0];
+                Complex64::new(0.0, 0.25) * h0 * (Complex64::I * alpha * shift).exp()
             })
             .sum();
         let products = far.waves.iter().map(|wave| {
@@ -198,18 +210,23 @@ mod tests {
         near + products.sum::<Complex64>()
     }
 
-    /// From short periods to those of the steps, shallow and deep: the sum over images is the sum
-    /// over orders Σ i/(2 d kz_m) e^{i kx_m x + i kz_m |z|}.
+    /// From short periods to those of the steps, shallow and deep, also in absorbing media and metals:
+    /// the sum over images is the sum over orders Σ i/(2 d kz_m) e^{i kx_m x + i kz_m |z|}.
     #[test]
     fn images_and_orders_sum_to_one_field() {
-        for (period, depth, n, alpha) in [
-            (0.9, 0.5, 1.0, 0.2),
-            (3.1, 8.0, 1.41, 0.3),
-            (12.0, 6.0, 1.0, 0.713),
-            (63.0, 126.0, 1.5, 0.0123),
-            (200.8, 94.0, 1.41, 0.1234),
-            (200.8, 94.0, 1.0, 0.1234),
+        for (period, depth, n, k, alpha) in [
+            (0.9, 0.5, 1.0, 0.0, 0.2),
+            (3.1, 8.0, 1.41, 0.0, 0.3),
+            (12.0, 6.0, 1.0, 0.0, 0.713),
+            (63.0, 126.0, 1.5, 0.0, 0.0123),
+            (200.8, 94.0, 1.41, 0.0, 0.1234),
+            (200.8, 94.0, 1.0, 0.0, 0.1234),
+            (12.0, 6.0, 1.5, 0.01, 0.713),
+            (3.1, 2.0, 3.0, 0.3, 0.3),
+            (3.1, 2.0, 0.0562, 4.2776, 0.3),
+            (0.9, 0.5, 0.0, 3.0, 0.2),
         ] {
+            let n = Complex64::new(n, k);
             let orders = orders(n, alpha, period);
             let poles: Vec<Complex64> = orders.iter().map(|o| o.1).collect();
             let place = Place { period, low: [0.0, 0.0], high: [period, depth] };
@@ -243,6 +260,6 @@ mod tests {
     #[test]
     fn an_order_at_its_cut_off_is_not_solved() {
         let place = Place { period: 10.0, low: [0.0; 2], high: [10.0, 1.0] };
-        assert!(Far::new(1.0, 0.2, &[Complex64::new(1e-7, 0.0)], place).is_none());
+        assert!(Far::new(1.0.into(), 0.2, &[Complex64::new(1e-7, 0.0)], place).is_none());
     }
 }

@@ -3,6 +3,7 @@
 
 use num_complex::Complex64;
 use rcwa::Side;
+use rcwa::relief::ReliefError;
 
 /// Error of the solver by integral equations.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -16,33 +17,29 @@ pub enum IntegralError {
         /// Its value.
         got: f64,
     },
-    /// A medium that absorbs, or is none.
-    #[error("{what}: expected a real refractive index above 0, got {} + {}i", got.re, got.im)]
-    Index {
-        /// Which medium.
-        what: String,
-        /// Its index.
-        got: Complex64,
-    },
+    /// An index that no passive medium has.
+    #[error(transparent)]
+    Index(#[from] ReliefError),
     /// Something in the relief is neither of the two media.
     #[error(
-        "{what}: expected the index of a half-space, {top} or {bottom}, got {got}; one surface between two media is all that is solved here"
+        "{what}: expected the index of a half-space, {} or {}, got {}; one surface between two media is all that is solved here",
+        pair(*top), pair(*bottom), pair(*got)
     )]
     ThirdMedium {
         /// What it is.
         what: String,
         /// Its index.
-        got: f64,
+        got: Complex64,
         /// Index of the top half-space.
-        top: f64,
+        top: Complex64,
         /// Index of the bottom half-space.
-        bottom: f64,
+        bottom: Complex64,
     },
     /// The two media are the same: there is no surface.
-    #[error("expected two different media, got {index} above and below")]
+    #[error("expected two different media, got {} above and below", pair(*index))]
     NoSurface {
         /// Their index.
-        index: f64,
+        index: Complex64,
     },
     /// A body or a hole apart from the surface between the half-spaces.
     #[error(
@@ -84,7 +81,8 @@ pub enum IntegralError {
     },
     /// An order so near its cut-off that the Green's function does not exist in practice.
     #[error(
-        "order {order} in the {side:?} half-space is too near its cut-off: with |kz| = {kz:.1e} k0 a contour would need more than {most} nodes; move kx0"
+        "order {order} in the {} half-space has |kz| = {kz:.1e} k0 and needs more than {most} nodes on a contour: expected a direction off its cut-off and a period not far below the wavelength",
+        side.name()
     )]
     CutOff {
         /// The order.
@@ -96,9 +94,12 @@ pub enum IntegralError {
         /// Nodes of the contour allowed.
         most: usize,
     },
+    /// Stopped by the caller.
+    #[error("stopped")]
+    Stopped,
     /// More unknowns than are sensible.
     #[error(
-        "{nodes} nodes on the surface are more than {most}: ask for fewer per wavelength or a shorter period"
+        "{nodes} nodes on the surface are more than {most}: expected a shorter period or less relief"
     )]
     TooLarge {
         /// Nodes needed.
@@ -106,6 +107,11 @@ pub enum IntegralError {
         /// Nodes allowed.
         most: usize,
     },
+}
+
+/// An index as case files write it.
+fn pair(n: Complex64) -> String {
+    format!("[{}, {}]", n.re, n.im)
 }
 
 /// Refuses a number that is not finite and above 0.

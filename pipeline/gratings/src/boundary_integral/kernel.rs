@@ -5,19 +5,26 @@
 //! Green's function G of the medium; ψ = v |dx/ds| is what is unknown, since it is as smooth as the
 //! grading makes it. Near images are summed as (i/4) H0; the nearest in the parameter carries the
 //! logarithm, which is split off as -J0(kr)/4π ln(4 sin²((s-t)/2)) \[Kress1991\] within a smooth
-//! window, so that the splitting is periodic. Far images come from `lattice`.
+//! window, so that the splitting is periodic. In an absorbing medium G decays and J0 grows: there
+//! the window ends at [`REACH`] skin depths besides. Far images come from `lattice`.
 
 use super::corner;
+use super::cylinder::Cylinder;
 use super::lattice::Far;
 use super::nodes::{Nodes, logarithmic_weights};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
-use full_wave::bessel::{Bessel, EULER};
+use full_wave::bessel::EULER;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 pub(super) type CMat = Mat<Complex64>;
+
+/// Skin depths, |Im k| r, within which the logarithm is split off.
+const REACH: f64 = 8.0;
+/// Skin depths beyond which nothing is left.
+const GONE: f64 = 40.0;
 
 /// S and D.
 pub(super) struct Layers {
@@ -36,7 +43,7 @@ struct Split {
 }
 
 /// In a medium of index `n` (lengths times k0), with phase `alpha` per length and `far` images.
-pub(super) fn layers(nodes: &Nodes, n: f64, alpha: f64, far: &Far) -> Layers {
+pub(super) fn layers(nodes: &Nodes, n: Complex64, alpha: f64, far: &Far) -> Layers {
     let count = nodes.list.len();
     let step = TAU / count as f64;
     let splits = splits(count);
@@ -56,23 +63,24 @@ pub(super) fn layers(nodes: &Nodes, n: f64, alpha: f64, far: &Far) -> Layers {
                 } else {
                     let [dx, dz] = nodes.difference(target, source, image);
                     let r = dx.hypot(dz);
-                    let level = if image == 0 && source.side.is_some() && source.side == target.side
-                    {
+                    let is_straight = source.side.is_some() && source.bend == 0.0;
+                    let level = if image == 0 && is_straight && source.side == target.side {
                         0.0
                     } else {
                         (source.normal[0] * dx + source.normal[1] * dz) / r * source.speed
                     };
-                    let Bessel { j0, j1, y0, y1 } = Bessel::at(n * r);
-                    let (plain_single, plain_double) = (
-                        Complex64::new(-0.25 * y0, 0.25 * j0),
-                        0.25 * n * level * Complex64::new(-y1, j1),
-                    );
-                    let (mut single, mut double) = (step * plain_single, step * plain_double);
+                    if n.im * r > GONE {
+                        continue;
+                    }
+                    let local = if near { window(PI * n.im * r / REACH) } else { 0.0 };
+                    let Cylinder { h, j } = Cylinder::at(n * r, local > 0.0);
+                    let quarter = Complex64::new(0.0, 0.25 * step);
+                    let (mut single, mut double) = (quarter * h[0], quarter * n * level * h[1]);
                     if near {
                         let Split { weight, log, window } = &splits[split];
-                        let excess = (weight - step * log) * window / (4.0 * PI);
-                        single -= excess * j0;
-                        double -= excess * n * j1 * level;
+                        let excess = (weight - step * log) * window * local / (4.0 * PI);
+                        single -= excess * j[0];
+                        double -= excess * n * level * j[1];
                     }
                     [single, double]
                 };
@@ -115,9 +123,9 @@ fn add_far(nodes: &Nodes, far: &Far, step: f64, single: &mut CMat, double: &mut 
 }
 
 /// The limit of both kernels with the weight of a node on itself: G → i/4 - (ln(kr/2) + γ)/2π.
-fn on_itself(n: f64, speed: f64, bend: f64, split: &Split, step: f64) -> [Complex64; 2] {
+fn on_itself(n: Complex64, speed: f64, bend: f64, split: &Split, step: f64) -> [Complex64; 2] {
     let smooth = -((0.5 * n * speed).ln() + EULER) / TAU;
-    let single = step * Complex64::new(smooth, 0.25) - split.weight / (4.0 * PI);
+    let single = step * (smooth + Complex64::new(0.0, 0.25)) - split.weight / (4.0 * PI);
     [single, Complex64::from(step * bend * speed / (4.0 * PI))]
 }
 

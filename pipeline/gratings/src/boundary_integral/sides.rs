@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Straight sides of a surface, and when points, sides and media are the same.
 
+use super::error::IntegralError;
+use num_complex::Complex64;
+use rcwa::relief::check_index;
+
 /// Points nearer than this fraction of the period are one.
 pub(super) const SAME: f64 = 1e-9;
 /// Indices that differ by less than this fraction are those of one medium.
@@ -32,6 +36,16 @@ pub(super) fn length(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 /// True if two indices are those of one medium.
-pub(super) fn same_medium(a: f64, b: f64) -> bool {
-    (a - b).abs() <= SAME_INDEX * a.max(b)
+pub(super) fn same_medium(a: Complex64, b: Complex64) -> bool {
+    (a - b).norm() <= SAME_INDEX * a.norm()
+}
+
+/// Refuses half-spaces that are none, or one.
+pub(super) fn check_media(top: Complex64, bottom: Complex64) -> Result<(), IntegralError> {
+    check_index(|| "the top half-space".into(), top)?;
+    check_index(|| "the bottom half-space".into(), bottom)?;
+    if same_medium(top, bottom) {
+        return Err(IntegralError::NoSurface { index: top });
+    }
+    Ok(())
 }

@@ -10,22 +10,33 @@
 mod tests;
 
 use super::error::{IntegralError, outline};
-use super::sides::{Piece, Point, SAME, direction, length, same_medium};
+use super::sides::{Piece, Point, SAME, check_media, direction, length, same_medium};
 use num_complex::Complex64;
 use rcwa::relief::Relief;
 
 /// How far beside a piece its media are read, in periods.
 const BESIDE: f64 = 1e-7;
 
+/// Most points of all polygons: all sides are cut with all others.
+const MOST_POINTS: usize = 1000;
+
 /// Who fills which place: the relief with its media.
 struct Media<'a> {
     relief: &'a Relief,
-    top: f64,
-    bottom: f64,
+    top: Complex64,
+    bottom: Complex64,
 }
 
 /// Corners of the surface along +x; corners at which it does not turn may be among them.
-pub(super) fn surface(relief: &Relief, top: f64, bottom: f64) -> Result<Vec<Point>, IntegralError> {
+pub(super) fn surface(
+    relief: &Relief,
+    top: Complex64,
+    bottom: Complex64,
+) -> Result<Vec<Point>, IntegralError> {
+    let points: usize = relief.polygons().iter().map(|polygon| polygon.points.len()).sum();
+    if points > MOST_POINTS {
+        return Err(outline(format!("expected at most {MOST_POINTS} points, got {points}")));
+    }
     let media = Media::new(relief, top, bottom)?;
     let period = relief.period();
     let sides = media.sides();
@@ -43,15 +54,9 @@ pub(super) fn surface(relief: &Relief, top: f64, bottom: f64) -> Result<Vec<Poin
 }
 
 impl<'a> Media<'a> {
-    fn new(relief: &'a Relief, top: f64, bottom: f64) -> Result<Self, IntegralError> {
-        let half_space = |what: &str, n: f64| real(what.into(), n.into());
-        half_space("the top half-space", top)?;
-        half_space("the bottom half-space", bottom)?;
-        if same_medium(top, bottom) {
-            return Err(IntegralError::NoSurface { index: top });
-        }
-        let one_of_both = |what: String, index: Complex64| {
-            let got = real(what.clone(), index)?;
+    fn new(relief: &'a Relief, top: Complex64, bottom: Complex64) -> Result<Self, IntegralError> {
+        check_media(top, bottom)?;
+        let one_of_both = |what: String, got: Complex64| {
             if same_medium(got, top) || same_medium(got, bottom) {
                 Ok(())
             } else {
@@ -66,7 +71,7 @@ impl<'a> Media<'a> {
     }
 
     /// Index at a point, the last polygon that holds it first.
-    fn at(&self, [x, z]: Point) -> f64 {
+    fn at(&self, [x, z]: Point) -> Complex64 {
         if z < 0.0 {
             return self.top;
         }
@@ -84,7 +89,7 @@ impl<'a> Media<'a> {
         polygons
             .into_iter()
             .find(|p| holds(&p.points))
-            .map_or(self.relief.background().re, |p| p.index.re)
+            .map_or(self.relief.background(), |p| p.index)
     }
 
     /// All sides in three periods around the first, and the two planes.
@@ -132,14 +137,6 @@ impl<'a> Media<'a> {
             (false, true) => Some(Piece { from: piece.to, to: piece.from }),
             _ => None,
         }
-    }
-}
-
-fn real(what: String, got: Complex64) -> Result<f64, IntegralError> {
-    if got.im == 0.0 && got.re.is_finite() && got.re > 0.0 {
-        Ok(got.re)
-    } else {
-        Err(IntegralError::Index { what, got })
     }
 }
 

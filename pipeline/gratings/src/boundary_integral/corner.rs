@@ -7,7 +7,7 @@
 //! corner narrower than the steps. Since the field is continuous, what is missed is this number
 //! times the field at the node, which goes onto the diagonal; what is still missed falls off with
 //! the field's variation over the peak \[Kress1990\]. The exact value is the angle under which the
-//! side is seen, over 2π.
+//! side is seen from end to end, over 2π.
 
 use super::nodes::{Node, Nodes};
 use std::f64::consts::TAU;
@@ -36,7 +36,9 @@ pub(super) fn missed(nodes: &Nodes) -> Vec<f64> {
                     let seen = angle(nodes, node, other, image) / TAU;
                     let computed: f64 =
                         of_side[other].iter().map(|s| step * layer(nodes, node, s, image)).sum();
-                    seen - computed
+                    // An arc may be seen under more than half a turn.
+                    let missed = seen - computed;
+                    missed - missed.round()
                 })
                 .sum()
         })
@@ -79,7 +81,7 @@ mod tests {
     #[test]
     fn quadrature_misses_nothing_but_next_to_corners() {
         let outline = Outline::corners(10.0, &[[0.0, 0.0], [6.0, 4.0]]).expect("an outline");
-        let nodes = Nodes::new(&outline, 1.41, Fineness::default()).expect("nodes");
+        let nodes = Nodes::new(&outline, 1.41, Fineness::default(), 1000).expect("nodes");
         let missed = missed(&nodes);
         let from_end = |i: usize| {
             let mates = nodes.list.iter().enumerate().filter(|n| n.1.side == nodes.list[i].side);

@@ -13,8 +13,15 @@
 
 use super::error::IntegralError;
 use super::outline::{Outline, Shape, height};
-use super::sides::{direction, following, length};
+use super::sides::following;
+use full_wave::Curve;
 use std::f64::consts::{PI, TAU};
+
+/// More nodes than any limit, of which sums do not overflow.
+const COUNTLESS: f64 = 1e12;
+/// Corners that turn by this, in radians, get all their nodes, others fewer, down to this share.
+const SHARP: f64 = PI / 4.0;
+const LEAST_SHARE: f64 = 0.4;
 
 /// How finely the surface is resolved.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +29,8 @@ pub struct Fineness {
     /// Nodes per wavelength of the denser medium where they are sparsest, in the middle of a side;
     /// above 4.
     pub per_wavelength: f64,
-    /// Nodes on every side beyond that, for its two corners; twice as many on a smooth surface.
+    /// Nodes on every side beyond that, for its two corners, fewer at blunt ones; twice as many on a
+    /// smooth surface.
     pub at_corners: usize,
     /// How strongly nodes crowd at corners: places near one go as the `grading`-th power of the
     /// parameter; 2 to 12.
@@ -69,7 +77,7 @@ pub(super) struct Node {
     pub offset: [f64; 2],
     pub origin: usize,
     pub lap: i32,
-    /// Number of the straight side; sides have no curvature.
+    /// Number of the side between two corners.
     pub side: Option<usize>,
     /// Length per parameter, |dx/ds|.
     pub speed: f64,
@@ -91,29 +99,35 @@ impl Nodes {
     /// On an outline of which lengths are multiplied by k0, with `index` that of the denser medium.
     ///
     /// # Errors
-    /// A fineness out of range.
+    /// A fineness out of range; more than `most` nodes.
     pub(super) fn new(
         outline: &Outline,
         index: f64,
         fineness: Fineness,
+        most: usize,
     ) -> Result<Self, IntegralError> {
         fineness.check()?;
         let per_length = fineness.per_wavelength * index / TAU;
-        Ok(match outline.shape() {
-            Shape::Corners(corners) => {
-                Self::graded(corners, outline.period(), per_length, fineness)
-            }
-            Shape::Fourier(coefficients) => {
-                Self::smooth(coefficients, outline.period(), per_length, fineness)
-            }
-        })
+        let period = outline.period();
+        match outline.shape() {
+            Shape::Corners(all) => Self::graded(all, period, per_length, fineness, most),
+            Shape::Fourier(all) => Self::smooth(all, period, per_length, fineness, most),
+        }
     }
 
-    fn smooth(coefficients: &[[f64; 2]], period: f64, per_length: f64, fineness: Fineness) -> Self {
+    fn smooth(
+        coefficients: &[[f64; 2]],
+        period: f64,
+        per_length: f64,
+        fineness: Fineness,
+        most: usize,
+    ) -> Result<Self, IntegralError> {
         let slope = |i: u32| height(coefficients, period, period * f64::from(i) / 1024.0)[1];
         let steepest = (0..1024).map(slope).fold(0.0, |a: f64, b| a.max(b.abs()));
         let wanted = per_length * period * steepest.hypot(1.0);
-        let count = (wanted.ceil() as usize + 2 * fineness.at_corners).next_multiple_of(2);
+        let count =
+            (wanted.min(COUNTLESS).ceil() as usize + 2 * fineness.at_corners).next_multiple_of(2);
+        check_number(count, most)?;
         let stretch = period / TAU;
         let list = (0..count)
             .map(|i| {
@@ -131,22 +145,46 @@ impl Nodes {
                 }
             })
             .collect();
-        Self { period, origins: vec![[0.0; 2]], list }
+        Ok(Self { period, origins: vec![[0.0; 2]], list })
     }
 
-    fn graded(corners: &[[f64; 2]], period: f64, per_length: f64, fineness: Fineness) -> Self {
-        let length = |i: usize| length(corners[i], following(corners, period, i));
+    fn graded(
+        corners: &[([f64; 2], f64)],
+        period: f64,
+        per_length: f64,
+        fineness: Fineness,
+        most: usize,
+    ) -> Result<Self, IntegralError> {
+        let origins: Vec<[f64; 2]> = corners.iter().map(|corner| corner.0).collect();
+        // Relative to the corner that it begins at, and seen from the other.
+        let arc = |i: usize, sense: f64| {
+            let (from, to) = (origins[i], following(&origins, period, i));
+            let across = [sense * (to[0] - from[0]), sense * (to[1] - from[1])];
+            Curve::between([0.0; 2], across, sense * corners[i].1)
+        };
+        let sides = corners.len();
+        let length = |i: usize| arc(i, 1.0).1;
+        let turn = |i: usize| {
+            let (before, length) = arc((i + sides - 1) % sides, 1.0);
+            let (into, out_of) = (before.tangent(length), arc(i, 1.0).0.tangent(0.0));
+            (into[0] * out_of[0] + into[1] * out_of[1]).clamp(-1.0, 1.0).acos()
+        };
+        // Of many sides that make a curve each needs fewer nodes.
+        let at_corners = |i: usize| {
+            let sharpness = turn(i).max(turn((i + 1) % sides)) / SHARP;
+            (fineness.at_corners as f64 * sharpness.clamp(LEAST_SHARE, 1.0)).ceil() as usize
+        };
         // In the middle of a side nodes are half as dense as on average.
         let mut counts: Vec<usize> = (0..corners.len())
-            .map(|i| (2.0 * per_length * length(i)).ceil() as usize + fineness.at_corners)
+            .map(|i| (2.0 * per_length * length(i)).min(COUNTLESS).ceil() as usize + at_corners(i))
             .collect();
         let total: usize = counts.iter().sum();
+        check_number(total, most)?;
         counts[0] += total % 2;
         let step = TAU / (total + total % 2) as f64;
         let mut list = Vec::with_capacity(total + 1);
         for (side, &count) in counts.iter().enumerate() {
-            let [tx, tz] = direction(corners[side], following(corners, period, side));
-            let along = length(side);
+            let ((from_left, along), (from_right, _)) = (arc(side, 1.0), arc(side, -1.0));
             for i in 0..count {
                 let (from_start, from_end, slope) = grade(
                     (i as f64 + 0.5) / count as f64,
@@ -154,25 +192,25 @@ impl Nodes {
                     fineness.grading,
                 );
                 let last = side + 1 == corners.len();
-                let (origin, lap, place) = if 2 * i < count {
-                    (side, 0, along * from_start)
-                } else if last {
-                    (0, 1, -along * from_end)
+                let (origin, lap, offset) = if 2 * i < count {
+                    (side, 0, from_left.point(along * from_start))
                 } else {
-                    (side + 1, 0, -along * from_end)
+                    let offset = from_right.point(along * from_end);
+                    if last { (0, 1, offset) } else { (side + 1, 0, offset) }
                 };
+                let [tx, tz] = from_left.tangent(along * from_start);
                 list.push(Node {
-                    offset: [place * tx, place * tz],
+                    offset,
                     origin,
                     lap,
                     side: Some(side),
                     speed: along * slope / (count as f64 * step),
                     normal: [-tz, tx],
-                    bend: 0.0,
+                    bend: from_left.curvature,
                 });
             }
         }
-        Self { period, origins: corners.to_vec(), list }
+        Ok(Self { period, origins, list })
     }
 
     /// Place of a node.
@@ -200,6 +238,12 @@ impl Nodes {
             },
         )
     }
+}
+
+/// # Errors
+/// More than `most` nodes.
+fn check_number(nodes: usize, most: usize) -> Result<(), IntegralError> {
+    if nodes > most { Err(IntegralError::TooLarge { nodes, most }) } else { Ok(()) }
 }
 
 /// Kress's grading w = v^p/(v^p + v̄^p) at a share `t` of a side, `rest` = 1 - t: w, 1 - w and
@@ -251,7 +295,7 @@ mod tests {
     #[test]
     fn graded_nodes_cover_every_side_and_keep_distances_across_a_corner() {
         let outline = Outline::corners(10.0, &[[0.0, 0.0], [7.0, 3.0]]).expect("an outline");
-        let nodes = Nodes::new(&outline, 1.41, Fineness::default()).expect("nodes");
+        let nodes = Nodes::new(&outline, 1.41, Fineness::default(), 1000).expect("nodes");
         let step = TAU / nodes.list.len() as f64;
         for (side, length) in [58_f64.sqrt(), 18_f64.sqrt()].into_iter().enumerate() {
             let of_side = nodes.list.iter().filter(|n| n.side == Some(side));

@@ -1,0 +1,282 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[[prints]]`, checked: on which surface, and where the ink is.
+
+use std::path::Path;
+
+use bsdf::DiffuseLaw;
+use formats::level_image::LevelImage;
+use tracer::{Marks, Pattern};
+
+use super::solids::diffusing;
+use crate::check::{Context, MAX_LENGTH_MM};
+use crate::error::ConfigError;
+use crate::resolved::Design;
+use crate::resolved::prints::CheckedPrint;
+use crate::resolved::solids::{BOX_FACES, CheckedSolid};
+use crate::schema::prints::{Dots, Print};
+use metrics::digits::shortest;
+use runtime::serde_arrays::List;
+
+/// Most dots of a surface.
+const MAX_DOTS: f64 = 4e6;
+
+/// The prints of a design whose films are checked.
+pub(crate) fn resolve(
+    raw: &[Print],
+    design: &Design,
+    folder: &Path,
+    at: &Context,
+) -> Result<Vec<CheckedPrint>, ConfigError> {
+    let mut prints: Vec<CheckedPrint> = Vec::new();
+    for (number, print) in raw.iter().enumerate() {
+        let table = format!("prints[{}]", number + 1);
+        let shares = [print.reflected, print.transmitted];
+        diffusing(&table, shares, [DiffuseLaw::Lambertian; 2], at)?;
+        let prefix = format!("{table}.");
+        let at = Context { prefix: &prefix, ..*at };
+        let size_mm = printed_mm(print, design, &at)?;
+        if prints.iter().any(|other| other.stated.on == print.on) {
+            return Err(at.value("on", format!("{:?}", print.on), "no surface twice"));
+        }
+        let pattern = match (&print.dots, &print.picture_file) {
+            (Some(stated), None) => dots(stated, size_mm, design, &at)?,
+            (None, Some(name)) => picture(&folder.join(name), size_mm, &at)?,
+            _ => {
+                let expected = "one of `dots` and `picture_file`";
+                return Err(at.value("dots", "both or neither", expected));
+            }
+        };
+        prints.push(CheckedPrint { stated: print.clone(), coverage: pattern.coverage(), pattern });
+    }
+    Ok(prints)
+}
+
+/// Lengths of the printed surface along x and y, mm.
+fn printed_mm(print: &Print, design: &Design, at: &Context) -> Result<[f64; 2], ConfigError> {
+    if print.on == Print::MIRROR {
+        if print.transmitted != 0.0 {
+            let expected = "0 on the mirror, which light does not pass";
+            return Err(at.value("transmitted", print.transmitted, expected));
+        }
+        return Ok(design.cells_mm());
+    }
+    let films: Vec<&CheckedSolid> = design.solids.iter().filter(|solid| solid.is_film()).collect();
+    let faces = films.iter().enumerate().flat_map(|(number, film)| {
+        let above = films.get(number + 1);
+        let below = number.checked_sub(1).map(|below| &films[below]);
+        let in_air = move |next: Option<&&CheckedSolid>| next.is_none_or(|next| !next.joins(film));
+        let faces = BOX_FACES.into_iter().zip([above, below]);
+        let faces = faces.filter(move |(_, next)| in_air(*next));
+        faces.map(move |((face, _), _)| (format!("{}.{face}", film.name()), film))
+    });
+    let faces: Vec<_> = faces.collect();
+    match faces.iter().find(|(name, _)| *name == print.on).and_then(|(_, film)| film.film_mm()) {
+        Some((_, size_mm)) => Ok(size_mm),
+        None => {
+            let names = faces.iter().map(|(name, _)| format!(", {name:?}")).collect::<String>();
+            let expected = format!("{:?}{names}: the mirror or a face before air", Print::MIRROR);
+            Err(at.value("on", format!("{:?}", print.on), &expected))
+        }
+    }
+}
+
+/// Dots by rule over a surface of these lengths: as many as it has whole cells for.
+fn dots(
+    stated: &Dots,
+    size_mm: [f64; 2],
+    design: &Design,
+    at: &Context,
+) -> Result<Pattern, ConfigError> {
+    let pitch_mm = at.within("dots.pitch_mm", stated.pitch_mm, 1e-3, MAX_LENGTH_MM)?;
+    let counts = size_mm.map(|length| (length / pitch_mm * (1.0 + 1e-9)).floor());
+    if !(1.0..=MAX_DOTS).contains(&(counts[0] * counts[1])) {
+        let expected = format!(
+            "1 to {MAX_DOTS} dots on the surface of {} by {} mm, not {} by {}",
+            shortest(size_mm[0]),
+            shortest(size_mm[1]),
+            counts[0],
+            counts[1]
+        );
+        return Err(at.value("dots.pitch_mm", pitch_mm, &expected));
+    }
+    let rows = &stated.radius_mm;
+    let rises = rows.windows(2).all(|pair| pair[0].0[0] < pair[1].0[0]);
+    let key = |number: usize| format!("dots.radius_mm[{}]", number + 1);
+    if rows.is_empty() || !rises {
+        let expected = "rows of distance and radius, the distance rising";
+        return Err(at.value("dots.radius_mm", format!("{} rows", rows.len()), expected));
+    }
+    for (number, List([distance, radius])) in rows.iter().enumerate() {
+        at.within(&key(number), *distance, 0.0, MAX_LENGTH_MM)?;
+        if !(0.0..=0.5 * pitch_mm).contains(radius) {
+            let half = shortest(0.5 * pitch_mm);
+            let expected = format!("a radius from 0 to {half} mm, half the pitch: dots overlap");
+            return Err(at.value(&key(number), radius, &expected));
+        }
+    }
+    let counts = counts.map(|count| count as usize);
+    let distances = distances_mm(counts, pitch_mm, (&design.array.axes_mm(), rows));
+    let radii = distances.iter().map(|distance| between(rows, *distance) as f32).collect();
+    let pattern = Pattern::new([0.0; 2], [pitch_mm; 2], counts[0], Marks::Dots(radii));
+    pattern.map_err(|error| at.of_files(&error.into()))
+}
+
+/// Distances of dots from the nearest of `axes`, at most that of the last row.
+fn distances_mm(
+    counts: [usize; 2],
+    pitch_mm: f64,
+    (axes, rows): (&[[f64; 2]], &[List<f64, 2>]),
+) -> Vec<f64> {
+    let far_mm = rows.last().map_or(0.0, |List([distance, _])| *distance);
+    let place = |k: usize, number: usize| (number as f64 + 0.5 - 0.5 * counts[k] as f64) * pitch_mm;
+    let mut distances = vec![far_mm; counts[0] * counts[1]];
+    for axis in axes {
+        // Dots that may be nearer than the last row.
+        let [columns, lines] = [0, 1].map(|k| {
+            let number =
+                |mm: f64| (mm / pitch_mm + 0.5 * counts[k] as f64).clamp(0.0, counts[k] as f64);
+            number(axis[k] - far_mm).floor() as usize..number(axis[k] + far_mm).ceil() as usize
+        });
+        for line in lines {
+            for column in columns.clone() {
+                let nearest = &mut distances[line * counts[0] + column];
+                let away = [place(0, column) - axis[0], place(1, line) - axis[1]];
+                *nearest = nearest.min(away[0].hypot(away[1]));
+            }
+        }
+    }
+    distances
+}
+
+/// The radius at a distance, on straight lines between rows.
+fn between(rows: &[List<f64, 2>], distance: f64) -> f64 {
+    let next = rows.partition_point(|List([at, _])| *at <= distance);
+    match (next.checked_sub(1).map(|last| rows[last].0), rows.get(next).map(|row| row.0)) {
+        (Some([d0, r0]), Some([d1, r1])) => r0 + (r1 - r0) * (distance - d0) / (d1 - d0),
+        (Some([_, radius]), None) | (None, Some([_, radius])) => radius,
+        (None, None) => 0.0,
+    }
+}
+
+/// Shares of the area by a picture over a surface of these lengths.
+fn picture(path: &Path, size_mm: [f64; 2], at: &Context) -> Result<Pattern, ConfigError> {
+    let read = LevelImage::read(path);
+    let (image, _) =
+        read.map_err(|error| at.of_files(&error.context(format!("{}picture_file", at.prefix))))?;
+    let cell = [size_mm[0] / image.columns as f64, size_mm[1] / image.rows as f64];
+    let shares = image.levels.iter().map(|level| *level as f32).collect();
+    let pattern = Pattern::new([0.0; 2], cell, image.columns, Marks::Shares(shares));
+    pattern.map_err(|error| at.of_files(&error.into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two packages, 4 mm apart, under two films in optical contact.
+    const LIT: &str = r#"
+name = "lit"
+mirror = { kind = "lambertian", reflectance = 0.9, extent = "array" }
+led = { size_mm = [0.1, 0.1], height_mm = 0.1, reflection = "absorbing" }
+array = { columns = 2, rows = 1, pitch_mm = 4.0 }
+light = { wavelength_nm = 450.0 }
+
+[[films]]
+name = "plate"
+z_mm = 5.0
+thickness_mm = 1.0
+medium = { index = 1.5 }
+
+[[films]]
+name = "sheet"
+gap_mm = 0.0
+thickness_mm = 0.1
+medium = { index = 1.6 }
+
+[[prints]]
+"#;
+
+    fn parsed(print: &str) -> Result<Design, ConfigError> {
+        crate::parse("lit.toml", &format!("{LIT}{print}"), Path::new(""))
+    }
+
+    #[test]
+    fn radii_follow_the_nearest_package() {
+        let dots = "on = \"mirror\"\nreflected = 0.9\n\
+                    dots = { pitch_mm = 1.0, radius_mm = [[1.0, 0.5], [2.0, 0.1]] }\n";
+        let design = parsed(dots).expect("valid");
+        let rows = [List([1.0, 0.5]), List([2.0, 0.1])];
+        // 8 by 4 cells about packages at x = -2 and 2: in the lowest row from the left.
+        let distances = distances_mm([8, 4], 1.0, (&design.array.axes_mm(), &rows));
+        let exact = [2.0, 1.5_f64.hypot(0.5), 1.5_f64.hypot(0.5), 2.0];
+        for (distance, exact) in distances[..4].iter().zip(exact) {
+            assert!((distance - exact).abs() < 1e-12, "{distances:?}");
+        }
+        let near = 0.5_f64.hypot(0.5);
+        assert!((distances[8 + 1] - near).abs() < 1e-12, "{distances:?}");
+        let radii = [near, 1.5_f64.hypot(0.5), 2.0, 7.0].map(|distance| between(&rows, distance));
+        assert_eq!([radii[0], radii[2], radii[3]], [0.5, 0.1, 0.1]);
+        assert!((radii[1] - (0.5 - 0.4 * (2.5_f64.sqrt() - 1.0))).abs() < 1e-12, "{radii:?}");
+        assert!(design.prints[0].pattern.is_mirrored());
+    }
+
+    #[test]
+    fn prints_that_cannot_be_are_refused() {
+        let dots = "dots = { pitch_mm = 1.0, radius_mm = [[0.0, 0.3]] }";
+        let on = |on: &str, more: &str| format!("on = {on:?}\n{more}\n");
+        let faces = "\"mirror\", \"plate.bottom\", \"sheet.top\"";
+        let cases = [
+            (on("plate.top", &format!("reflected = 0.5\n{dots}")), "prints[1].on", faces),
+            (on("glass", &format!("reflected = 0.5\n{dots}")), "prints[1].on", faces),
+            (on("mirror", &format!("reflected = 1.5\n{dots}")), "prints[1].reflected", "0 to 1"),
+            (
+                on("mirror", &format!("reflected = 0.5\ntransmitted = 0.1\n{dots}")),
+                "prints[1].transmitted",
+                "0 on the mirror",
+            ),
+            (
+                on("sheet.top", &format!("reflected = 0.5\ntransmitted = 0.6\n{dots}")),
+                "prints[1].reflected",
+                "at most 0.4",
+            ),
+            (on("mirror", "reflected = 0.5"), "prints[1].dots", "one of `dots`"),
+            (
+                on(
+                    "mirror",
+                    "reflected = 0.5\ndots = { pitch_mm = 1.0, radius_mm = [[0.0, 0.6]] }",
+                ),
+                "prints[1].dots.radius_mm[1]",
+                "0 to 0.5 mm",
+            ),
+            (
+                on("mirror", "reflected = 0.5\ndots = { pitch_mm = 1.0, radius_mm = [] }"),
+                "prints[1].dots.radius_mm",
+                "the distance rising",
+            ),
+            (
+                on("mirror", "reflected = 0.5\ndots = { pitch_mm = 0.001, radius_mm = [[0, 0]] }"),
+                "prints[1].dots.pitch_mm",
+                "4000000 dots",
+            ),
+            (
+                on("mirror", "reflected = 0.5\npicture_file = \"none.png\""),
+                "prints[1].picture_file",
+                "none.png",
+            ),
+            (
+                on(
+                    "mirror",
+                    &format!(
+                        "reflected = 0.5\n{dots}\n[[prints]]\non = \"mirror\"\nreflected = 0.1\n{dots}"
+                    ),
+                ),
+                "prints[2].on",
+                "no surface twice",
+            ),
+        ];
+        for (print, key, expected) in cases {
+            let said = parsed(&print).expect_err(&print).to_string();
+            assert!(said.contains(key) && said.contains(expected), "{said}");
+        }
+    }
+}

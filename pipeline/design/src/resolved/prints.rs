@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Ink over the place, checked.
+
+use std::sync::Arc;
+
+use bsdf::{DiffuseLaw, DiffuseLobe, Diffuser};
+use serde::Serialize;
+use tracer::{Pattern, Printed, SurfaceModel};
+
+use super::Design;
+use super::solids::{BOX_FACES, CheckedSolid};
+use crate::schema::prints::Print;
+use metrics::illuminance::Symmetry;
+
+/// Ink on the mirror or on a face of a film.
+#[derive(Debug, Clone, Serialize)]
+pub struct CheckedPrint {
+    /// As written.
+    #[serde(flatten)]
+    pub stated: Print,
+    /// Share of its cells under ink.
+    pub coverage: f64,
+    /// Places of the ink.
+    #[serde(skip)]
+    pub(crate) pattern: Pattern,
+}
+
+impl CheckedPrint {
+    /// The symmetry that it leaves.
+    pub fn symmetry(&self) -> Symmetry {
+        if self.pattern.is_mirrored() { Symmetry::Rectangle } else { Symmetry::None }
+    }
+
+    fn on(&self, base: SurfaceModel, ink: SurfaceModel) -> SurfaceModel {
+        let pattern = self.pattern.clone();
+        SurfaceModel::Printed(Arc::new(Printed { base, ink, pattern }))
+    }
+}
+
+impl Design {
+    /// A mirror like `base` with the ink on it.
+    pub fn printed_mirror(&self, base: SurfaceModel) -> SurfaceModel {
+        match self.prints.iter().find(|print| print.stated.on == Print::MIRROR) {
+            Some(print) => {
+                let reflectance = print.stated.reflected;
+                print.on(base, SurfaceModel::Lambertian { reflectance })
+            }
+            None => base,
+        }
+    }
+
+    /// Puts the ink on the upper and the lower face of a film between media of these indices into the
+    /// patches of its box.
+    ///
+    /// # Errors
+    /// None that the checks have left.
+    pub fn print_film(
+        &self,
+        film: &CheckedSolid,
+        indices: [f64; 2],
+        patches: &mut [SurfaceModel],
+    ) -> anyhow::Result<()> {
+        for (face, patch) in BOX_FACES {
+            let on = format!("{}.{face}", film.name());
+            let Some(print) = self.prints.iter().find(|print| print.stated.on == on) else {
+                continue;
+            };
+            let lobe = |share| DiffuseLobe { share, law: DiffuseLaw::Lambertian };
+            let Print { reflected, transmitted, .. } = print.stated;
+            let ink = Diffuser::new(lobe(reflected), lobe(transmitted), indices)?;
+            patches[patch] = print.on(patches[patch].clone(), SurfaceModel::Scatter(Arc::new(ink)));
+        }
+        Ok(())
+    }
+}

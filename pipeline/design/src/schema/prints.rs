@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `[[prints]]` as written: white ink over the place.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::is_default;
+use runtime::serde_arrays::List;
+
+/// `[[prints]]`: ink on the mirror or on a face of a film, one table for each.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Print {
+    /// The printed surface: `"mirror"`, or `"NAME.top"` or `"NAME.bottom"` of a film that has air there.
+    pub on: String,
+    /// Power that the ink sends back by the cosine law per incident power, at every incidence; 0 to 1.
+    pub reflected: f64,
+    /// Power that it lets through by the cosine law, likewise, of ink on a film; with `reflected` at most
+    /// 1; default 0.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub transmitted: f64,
+    /// Round dots; this or `picture_file`.
+    pub dots: Option<Dots>,
+    /// Share of the area under ink, in grains much finer than all else: a grey PNG of 8 or 16 bits, or
+    /// rows of numbers from 0 to 1, the largest y first, over the whole surface.
+    pub picture_file: Option<String>,
+}
+
+impl Print {
+    /// Name of the mirror.
+    pub const MIRROR: &str = "mirror";
+}
+
+/// `[prints.dots]`: dots in rows and columns about the middle of the array.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Dots {
+    /// Distance of neighbours along x and y, mm; 0.001 to 10 000.
+    pub pitch_mm: f64,
+    /// Rows of distance from the axis of the nearest package and radius of a dot there, mm, straight
+    /// lines between; no dots overlap.
+    pub radius_mm: Vec<List<f64, 2>>,
+}

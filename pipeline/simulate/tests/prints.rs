@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Ink over the place, traced, against what it must be in closed form.
+
+use std::path::Path;
+
+use metrics::Estimate;
+use runtime::interrupt::Interrupt;
+use runtime::run_context::RunContext;
+use simulate::dome_surface::dome_surface;
+use simulate::film_table::{FilmTreatment, treatment};
+use simulate::model::Model;
+use simulate::scene_check;
+use simulate::trace::observe;
+
+/// Paths of a trace, by which powers without scatter are judged too.
+const PATHS: u64 = 200_000;
+
+/// Two packages with a clear dome each on a board under a mirror, which returns half of the light.
+const CAVITY: &str = r#"
+name = "cavity"
+mirror = { kind = "lambertian", reflectance = 0.3, extent = "array" }
+led = { size_mm = [0.1, 0.1], height_mm = 0.1, reflectance = 0.0, reflection = "absorbing" }
+dome = { base_radius_mm = 1.0, apex_height_mm = 1.0 }
+silicone = { index = 1.41 }
+array = { columns = 2, rows = 1, pitch_mm = 3.0 }
+receiver = { plane_height_mm = 4.0, bin_mm = 0.5 }
+light = { wavelength_nm = 450.0 }
+housing = { kind = "specular", reflectance = 1.0, height_mm = 5.0, distance_mm = 0.5 }
+solids = [{ name = "lid", kind = "rectangle", size_mm = [6.9, 2.9], position_mm = [0.0, 0.0, 2.0], surface = { kind = "lambertian", reflectance = 0.9 } }]
+"#;
+
+/// A beam straight up at x = 3.2 mm, y = 0.2 mm, over a black floor, through a film of index 1.5.
+const BEAM: &str = r#"
+name = "beam"
+mirror = { kind = "absorbing", extent = "array" }
+led = { size_mm = [0.1, 0.1], height_mm = 0.1, reflectance = 0.0, reflection = "absorbing" }
+array = { columns = 1, rows = 1, pitch_mm = 40.0 }
+receiver = { plane_height_mm = 4.0, bin_mm = 1.0 }
+light = { wavelength_nm = 450.0 }
+sources = [{ name = "beam", kind = "cosine", exponent = 1e7, position_mm = [3.2, 0.2, 0.2] }]
+films = [{ name = "film", z_mm = 1.0, thickness_mm = 0.1, medium = { index = 1.5 } }]
+"#;
+
+/// Accounts of the ledger, as shares of what is emitted, and how films are traced.
+fn trace(text: &str, folder: &Path) -> (Vec<(String, Estimate)>, FilmTreatment) {
+    let design = design::parse("ink.toml", text, folder).unwrap_or_else(|e| panic!("{e}"));
+    scene_check::check(&design).unwrap_or_else(|e| panic!("{e:#}"));
+    let interrupt = Interrupt::default();
+    let surface = dome_surface(&design, Model::Geometric, None).expect("a surface");
+    let env = RunContext::quiet(&interrupt, 41);
+    let seen = observe(&design, &surface, PATHS, "", env).expect("a trace");
+    assert!(seen.ledger().surplus().abs() < 1e-9);
+    (seen.ledger().accounts.clone(), treatment(&design))
+}
+
+fn account(accounts: &[(String, Estimate)], name: &str) -> Estimate {
+    let found = accounts.iter().find(|(known, _)| known == name);
+    found.unwrap_or_else(|| panic!("{name} among {accounts:?}")).1
+}
+
+/// Judges in standard errors whether two estimates are of one value.
+fn agree(what: &str, one: Estimate, other: Estimate) {
+    let error = one.standard_error.hypot(other.standard_error).max(2.0 / PATHS as f64);
+    let off = (one.value - other.value) / error;
+    assert!(off.abs() < 4.5, "{what}: {one:?}, {other:?}: {off}");
+}
+
+#[test]
+fn fine_ink_is_the_mixture_of_ink_and_board() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("ink.csv"), "0.25,0.25\n0.25,0.25\n").expect("a picture");
+    // Dots of a quarter of the area, far finer than the light on the board varies.
+    let radius = 0.02 * (0.25 / std::f64::consts::PI).sqrt();
+    let dots = format!("dots = {{ pitch_mm = 0.02, radius_mm = [[0.0, {radius}]] }}");
+    let inks = ["picture_file = \"ink.csv\"".to_owned(), dots];
+    let mixture = 0.25 * 0.95 + 0.75 * 0.3;
+    let (even, _) = trace(&CAVITY.replace("= 0.3", &format!("= {mixture}")), folder.path());
+    let (bare, _) = trace(CAVITY, folder.path());
+    for ink in inks {
+        let text = format!("{CAVITY}[[prints]]\non = \"mirror\"\nreflected = 0.95\n{ink}\n");
+        let (printed, _) = trace(&text, folder.path());
+        for name in
+            ["escaped_up", "absorbed_by_lid", "absorbed_by_ground_mirror", "absorbed_by_bottom"]
+        {
+            agree(name, account(&printed, name), account(&even, name));
+        }
+        // The control: without ink the board takes far more.
+        let [ink, none] = [&printed, &bare].map(|of| account(of, "absorbed_by_ground_mirror"));
+        assert!(none.value - ink.value > 30.0 * none.standard_error, "{none:?} {ink:?}");
+    }
+}
+
+#[test]
+fn light_meets_ink_where_it_is() {
+    // Dots about odd halves of a millimetre; the beam is 0.3 mm off the middle of one along x and y.
+    let through = |radius_mm: &str, face: &str, at: &str| {
+        let text = BEAM.replace("[3.2, 0.2, 0.2]", at);
+        let ink = format!(
+            "[[prints]]\non = \"film.{face}\"\nreflected = 0.5\ntransmitted = 0.0\n\
+             dots = {{ pitch_mm = 1.0, radius_mm = {radius_mm} }}\n"
+        );
+        let (accounts, treatment) = trace(&format!("{text}{ink}"), Path::new(""));
+        assert!(matches!(treatment, FilmTreatment::Traced(why) if why.contains("ink on film")));
+        account(&accounts, "escaped_up").value
+    };
+    let plate = 0.96 / 1.04;
+    let is_plate = |share: f64| (share - plate).abs() < 5.0 * (0.07 * 0.93 / PATHS as f64).sqrt();
+    let beam = "[3.2, 0.2, 0.2]";
+    assert!(is_plate(through("[[0.0, 0.4]]", "bottom", beam)));
+    assert_eq!(through("[[0.0, 0.45]]", "bottom", beam), 0.0);
+    assert_eq!(through("[[0.0, 0.45]]", "top", beam), 0.0);
+    // Radii follow the distance from the package: 3.54 mm there.
+    assert_eq!(through("[[0.0, 0.5], [3.6, 0.42]]", "bottom", beam), 0.0);
+    assert!(is_plate(through("[[0.0, 0.5], [3.4, 0.42]]", "bottom", beam)));
+    assert_eq!(through("[[0.0, 0.5], [3.4, 0.42]]", "bottom", "[1.2, 0.2, 0.2]"), 0.0);
+}
+
+#[test]
+fn pictures_lie_upright() {
+    let folder = tempfile::tempdir().expect("a folder");
+    // Ink in the quarter of low x and high y.
+    std::fs::write(folder.path().join("ink.csv"), "1,0\n0,0\n").expect("a picture");
+    let ink = "[[prints]]\non = \"film.bottom\"\nreflected = 0.0\npicture_file = \"ink.csv\"\n";
+    for (at, is_dark) in [([-3.0, 2.0], true), ([3.0, 2.0], false), ([-3.0, -2.0], false)] {
+        let text = BEAM.replace("[3.2, 0.2, 0.2]", &format!("[{:?}, {:?}, 0.2]", at[0], at[1]));
+        let (accounts, _) = trace(&format!("{text}{ink}"), folder.path());
+        let up = account(&accounts, "escaped_up").value;
+        assert_eq!(up == 0.0, is_dark, "{at:?}: {up}");
+    }
+}
