@@ -22,8 +22,8 @@ const REFUSED: &[Case] = &[
         &[("from = 4.5\nto = 12.0", "value = \"2 * array.pitch_mm\"")],
         &["variables[1]: array.pitch_mm", "which leads back to array.pitch_mm"],
     ),
-    (&[("from = 4.5\nto = 12.0", "value = 5.0")], &["variables: expected", "`value` alone"]),
-    (&[("to = 12.0", "value = 5.0")], &["variables[1]: value", "a `key` alone beside it"]),
+    (&[("from = 4.5\nto = 12.0", "value = \"5\"")], &["variables: expected", "`value` alone"]),
+    (&[("to = 12.0", "value = \"5\"")], &["variables[1]: value", "a `key` alone beside it"]),
     (
         &[("key = \"array.pitch_mm\"", "profile = \"inner_slope_deg\"")],
         &["variables[1]", "[elements]"],

@@ -73,7 +73,7 @@ pub fn numbered(design: &toml::Table, path: &str) -> String {
         match step {
             Step::Key(key) if text.is_empty() => text.push_str(key),
             Step::Key(key) => text.extend([".", key]),
-            Step::Entry(number) => text.push_str(&format!("[{number}]")),
+            Step::Entry(number) => text.extend(["[", &number.to_string(), "]"]),
         }
     }
     text

@@ -220,6 +220,7 @@ fn factor(text: &str) -> Option<Factor<'_>> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
     use std::path::Path;
 
     use super::*;
@@ -274,7 +275,7 @@ mod tests {
         let expected = resolved(&numbers).expect("valid");
         assert_eq!(resolved(&formulas).expect("valid"), expected);
         assert_ne!(resolved(&[]).expect("valid"), expected);
-        // As a processor multiplies, not as one does by hand.
+        // Products are rounded as numbers of double precision are.
         let [stated, computed] = ["0.30000000000000004", "\"3 * 0.1\""]
             .map(|value| resolved(&[("bin_mm = 0.5", &format!("bin_mm = {value}"))]));
         assert_eq!(computed.expect("valid"), stated.expect("valid"));
@@ -285,7 +286,7 @@ mod tests {
         let pitch =
             |formula: &str| resolved(&[("pitch_mm = 8.0", &format!("pitch_mm = {formula}"))]);
         let at =
-            "own.toml: line 24, column 12: array.pitch_mm: expected a number, or a sum of products";
+            "own.toml: line 22, column 12: array.pitch_mm: expected a number, or a sum of products";
         for (formula, why) in [
             ("16 / 2", "got \"16 / 2\""),
             ("2 * (led.height_mm + 1)", "got \"2 * (led.height_mm + 1)\""),
@@ -324,7 +325,11 @@ mod tests {
                 "size_mm = [0.5, \"led.heigth_mm\"]",
                 "line 14, column 17: led.size_mm[2]: expected a number, or",
             ),
-            ("size_mm = [0.5, 0.5]", "size_mm = \"receivers.display.position_mm\"", "of 2, got 3"),
+            (
+                "size_mm = [0.5, 0.5]",
+                "size_mm = \"receivers.display.position_mm\"",
+                "led.size_mm: expected a list of 2",
+            ),
             ("height_mm = 0.15", "height_mm = \"led.size_mm\"", "led.height_mm: expected a number"),
             ("rows = 3", "rows = \"1.5\"", "array.rows: expected a whole number from 0, got 1.5"),
             ("bin_mm = 0.5", "bin_mm = \"0 * led.height_mm\"", "receiver.bin_mm = 0: expected"),
@@ -357,16 +362,26 @@ mod tests {
 
     #[test]
     fn no_key_takes_numbers_and_texts() {
-        fn check(schema: &serde_json::Value) {
-            let kinds = |key: &str| schema[key].as_array().into_iter().flatten();
-            let types: Vec<_> = kinds("anyOf").map(|one| &one["type"]).collect();
-            assert!(!types.iter().any(|one| *one == "string") || types.len() == 1, "{schema}");
-            match schema {
-                serde_json::Value::Object(map) => map.values().for_each(check),
-                serde_json::Value::Array(list) => list.iter().for_each(check),
-                _ => {}
+        type Types<'a> = BTreeMap<String, BTreeSet<&'a str>>;
+        fn collect<'a>(schema: &'a serde_json::Value, path: &str, types: &mut Types<'a>) {
+            let own = schema["type"].as_str().or(schema["const"].as_str().and(Some("string")));
+            types.entry(path.to_owned()).or_default().extend(own);
+            for (key, below) in schema["properties"].as_object().into_iter().flatten() {
+                collect(below, &format!("{path}.{key}"), types);
+            }
+            let kinds = ["anyOf", "oneOf"].map(|key| schema[key].as_array().into_iter().flatten());
+            kinds.into_iter().flatten().for_each(|kind| collect(kind, path, types));
+            if let Some(entry) = schema.get("items") {
+                collect(entry, &format!("{path}[]"), types);
             }
         }
-        check(&crate::json_schema::of_designs());
+        let (schema, mut types) = (crate::json_schema::of_designs(), BTreeMap::new());
+        collect(&schema, "", &mut types);
+        let takes = |path: &str, name: &str| types.get(path).is_some_and(|all| all.contains(name));
+        let is_number = |path: &str| takes(path, "number") || takes(path, "integer");
+        assert!(is_number(".array.pitch_mm") && is_number(".films[].thickness_mm"));
+        for path in types.keys().filter(|path| takes(path, "string")) {
+            assert!(!is_number(path) && !is_number(&format!("{path}[]")), "{path}");
+        }
     }
 }

@@ -76,8 +76,7 @@ pub struct VariableKeys {
     pub choices: Option<Vec<toml::Value>>,
     /// Value of a `key` that follows others, instead of bounds: a formula such as
     /// `"5 * array.pitch_mm"`.
-    #[schemars(with = "Option<serde_json::Value>")]
-    pub value: Option<toml::Value>,
+    pub value: Option<String>,
 }
 
 /// Quantities over the rings or over the radius.

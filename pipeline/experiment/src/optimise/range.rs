@@ -34,7 +34,7 @@ impl Range {
                 keys.key.is_some() && others.is_none() && keys.choices.is_none(),
                 "value: expected a `key` alone beside it, which follows others"
             );
-            return Ok(Self::Choices(vec![value.clone()]));
+            return Ok(Self::Choices(vec![Value::String(value.clone())]));
         }
         if let Some(choices) = &keys.choices {
             ensure!(

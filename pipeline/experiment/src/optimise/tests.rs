@@ -39,7 +39,7 @@ fn variables(name: &str, tables: &[&str]) -> Variables {
 
 /// A backlight with walls by a formula.
 fn backlight() -> DesignFile {
-    let walls = "inner_size_mm = [\"5 * array.pitch_mm\", \"4 * array.pitch_mm + 1\"]";
+    let walls = "inner_size_mm = [\"6 * array.pitch_mm\", \"4 * array.pitch_mm + 1\"]";
     let text = design::NEW_BACKLIGHT.replace("NAME", "own");
     let text = text.replace("inner_size_mm = [32.0, 24.0]", walls);
     DesignFile::of_text(Path::new("own.toml"), &text).expect("TOML").0
@@ -55,11 +55,11 @@ fn backlight_variables(tables: &[&str]) -> Variables {
 fn walls_follow_a_pitch_that_a_search_moves() {
     const PITCH: &str = "key = \"array.pitch_mm\"\nfrom = 6.0\nto = 12.0";
     let variables = backlight_variables(&[PITCH]);
-    assert_eq!(variables.start().expect("a start"), [(8.0 - 6.0) / 6.0]);
+    assert!((variables.start().expect("a start")[0] - 1.0 / 3.0).abs() < 1e-15);
     for (coordinate, pitch_mm) in [(0.0, 6.0), (0.25, 7.5), (1.0, 12.0)] {
         let settings = variables.settings(&[coordinate]).expect("settings");
         let design = variables.source.with(&settings).expect("a design");
-        let expected = [2.5 * pitch_mm, 2.0 * pitch_mm + 0.5];
+        let expected = [3.0 * pitch_mm, 2.0 * pitch_mm + 0.5];
         assert_eq!(design.housing_half_mm(), Some(expected), "{pitch_mm}");
         // The search reads the same number of the design.
         let file = DesignFile::new(
@@ -81,15 +81,15 @@ fn walls_follow_a_pitch_that_a_search_moves() {
     );
     let settings = variables.settings(&[0.5, 0.5]).expect("settings");
     let design = variables.source.with(&settings).expect("a design");
-    assert_eq!(design.housing_half_mm(), Some([22.5, 15.75]));
+    assert_eq!(design.housing_half_mm(), Some([27.0, 15.75]));
 
     // A key by a formula starts where the formula is, and is then free of it.
-    let walls = "key = \"housing.inner_size_mm[1]\"\nfrom = 30.0\nto = 50.0";
+    let walls = "key = \"housing.inner_size_mm[1]\"\nfrom = 40.0\nto = 60.0";
     let variables = backlight_variables(&[walls]);
-    assert_eq!(variables.start().expect("a start"), [0.5]);
+    assert!((variables.start().expect("a start")[0] - 0.4).abs() < 1e-15);
     let settings = variables.settings(&[0.25]).expect("settings");
     let design = variables.source.with(&settings).expect("a design");
-    assert_eq!(design.housing_half_mm(), Some([17.5, 16.5]));
+    assert_eq!(design.housing_half_mm(), Some([22.5, 16.5]));
 }
 
 const INNER: &str = "profile = \"inner_slope_deg\"\nfrom = -40.0\nto = 80.0";

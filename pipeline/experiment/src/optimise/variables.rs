@@ -459,7 +459,8 @@ fn variable(keys: &VariableKeys, source: &DesignFile, design: &Design) -> Result
         _ => bail!("expected one of `keys`, `key` and `profile`, got several or none"),
     };
     let range = Range::new(keys, matches!(place, Place::Key(_, _)))?;
-    for value in keys.choices.iter().flatten().chain(&keys.value) {
+    let follows = keys.value.clone().map(toml::Value::String);
+    for value in keys.choices.iter().flatten().chain(&follows) {
         let set = keys.key.iter().map(|key| (key.clone(), value.clone())).collect();
         check_entries_stay(&source.table, &set)?;
     }
