@@ -260,9 +260,9 @@ mod tests {
         ),
         ("bin_mm = 0.5", "bin_mm = 0.25", "bin_mm = \"-0.5 * -0.5\""),
         (
-            "size_mm = [32.0, 24.0]\nbins",
-            "size_mm = [30, 26.25]\nbins",
-            "size_mm = [\"housing.inner_size_mm[1] - 10\", \"receivers.display.size_mm[1] - 3.75\"]\nbins",
+            "size_mm = [32.0, 24.0]\nbins = [16",
+            "size_mm = [30, 26.25]\nbins = [16",
+            "size_mm = [\"housing.inner_size_mm[1] - 10\", \"receivers.display.size_mm[1] - 3.75\"]\nbins = [16",
         ),
         ("bins = [16, 12]", "bins = [12, 12]", "bins = \"4 * array.rows\""),
         ("plane_height_mm = 7.5", "plane_height_mm = 7.5", "plane_height_mm = \"75e-1\""),

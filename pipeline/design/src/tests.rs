@@ -494,7 +494,7 @@ fn tables_of_data_sheets_are_straight_lines_in_every_plane() {
         ("angle_deg = [-90, 80]\nintensity = [1, 1]", "both halves to one end, got -90 to 80"),
         (
             "angle_deg = [0, 90]\nintensity = [0, -1]",
-            "expected a table of intensities: intensity = -1",
+            "expected a table of intensities: intensity: expected 0 to 1e100, got -1",
         ),
         ("angle_deg = [0]\nintensity = [1]", "expected a table of intensities"),
         (

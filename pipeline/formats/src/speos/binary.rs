@@ -233,7 +233,7 @@ mod tests {
         refused(3, 2, 1, "save it as text, got a binary Speos BSDF of another kind");
         refused(7, 16, 1, "expected 0, no description of the spectrum, got 1");
         refused(6, 4, 9, "expected 1 numbers in one block of LZ4, got 9 bytes");
-        refused(6, 54, 0x80, "at line 12 of the file as text");
+        refused(6, 58, 0xc0, "at line 12 of the file as text");
         let whole = binary.concat();
         for end in [50, 120, 200, whole.len() - 30] {
             assert!(read(&whole[..end]).is_err(), "{end}");
