@@ -1,30 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Patterns over the place: where a level surface is printed with another surface model.
+//! Patterns over the place: where a level surface is printed.
 
-use glam::DVec3;
 use rand::Rng;
 
 use crate::error::Error;
 use crate::random;
-use crate::surface::SurfaceModel;
-
-/// Ink on a level surface, in the places of a pattern.
-#[derive(Debug, Clone)]
-pub struct Printed {
-    /// What light meets elsewhere.
-    pub base: SurfaceModel,
-    /// What it meets on the ink.
-    pub ink: SurfaceModel,
-    /// The places.
-    pub pattern: Pattern,
-}
-
-impl Printed {
-    /// The model at a point of the world.
-    pub(crate) fn at(&self, point: DVec3, rng: &mut impl Rng) -> &SurfaceModel {
-        if self.pattern.covers([point.x, point.y], rng) { &self.ink } else { &self.base }
-    }
-}
 
 /// Marks in equal rectangular cells side by side; nothing is printed around them.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,7 +62,7 @@ impl Pattern {
     }
 
     /// True where the pattern is printed.
-    fn covers(&self, at: [f64; 2], rng: &mut impl Rng) -> bool {
+    pub(crate) fn covers(&self, at: [f64; 2], rng: &mut impl Rng) -> bool {
         let [x, y] = [0, 1].map(|k| (at[k] - self.low[k]) / self.cell[k]);
         let is_inside = x >= 0.0 && y >= 0.0 && x < self.columns as f64 && y < self.rows as f64;
         if !is_inside {

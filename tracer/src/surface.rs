@@ -19,7 +19,7 @@ use rand::Rng;
 
 use crate::error::{Error, fraction};
 use crate::optics::thin_film::{Film, check_index};
-use crate::pattern::Printed;
+use crate::pattern::Pattern;
 use crate::shape::Shape;
 
 /// A region of space on one side of a surface.
@@ -102,6 +102,17 @@ pub struct LayeredMirror {
     pub factor: f64,
 }
 
+/// Ink on a level surface, in the places of a pattern.
+#[derive(Debug, Clone)]
+pub struct Printed {
+    /// The model elsewhere.
+    pub base: SurfaceModel,
+    /// The model of the ink.
+    pub ink: SurfaceModel,
+    /// Places of the ink.
+    pub pattern: Pattern,
+}
+
 impl SurfaceModel {
     /// True if all or some light goes on in random directions, unpolarised.
     pub(crate) fn scatters(&self) -> bool {
@@ -117,7 +128,10 @@ impl SurfaceModel {
     #[inline]
     pub(crate) fn at(&self, point: impl FnOnce() -> DVec3, rng: &mut impl Rng) -> &Self {
         match self {
-            Self::Printed(printed) => printed.at(point(), rng),
+            Self::Printed(printed) => {
+                let at = point();
+                if printed.pattern.covers([at.x, at.y], rng) { &printed.ink } else { &printed.base }
+            }
             model => model,
         }
     }

@@ -18,14 +18,14 @@ impl Mesh {
     #[must_use]
     pub fn smoothed(mut self, max_deg: f64) -> Self {
         let min_cos = max_deg.to_radians().cos() - 1e-12;
-        let faces: Vec<Face> = self.faces_once();
+        let faces: Vec<GivenTriangle> = self.faces_once();
         let mut about = vec![Vec::new(); self.vertices.len()];
         for face in &faces {
             for corner in 0..3 {
                 about[face.ends[corner] as usize].push((face, self.angle(face.ends, corner)));
             }
         }
-        let normals = |own: &Face| {
+        let normals = |own: &GivenTriangle| {
             own.ends.map(|end| -> Vec3 {
                 let smooth = about[end as usize].iter().filter(|(other, _)| {
                     other.patch == own.patch && other.normal.dot(own.normal) >= min_cos
@@ -46,11 +46,11 @@ impl Mesh {
     }
 
     /// Each triangle once, in the order given.
-    fn faces_once(&self) -> Vec<Face> {
-        let nothing = Face { ends: [0; 3], normal: DVec3::Z, patch: 0 };
+    fn faces_once(&self) -> Vec<GivenTriangle> {
+        let nothing = GivenTriangle { ends: [0; 3], normal: DVec3::Z, patch: 0 };
         let mut faces = vec![nothing; self.count];
         for (leaf, number) in self.numbers.iter().enumerate() {
-            faces[*number as usize] = Face {
+            faces[*number as usize] = GivenTriangle {
                 ends: self.triangles[leaf],
                 normal: self.triangle(leaf).normal.normalize(),
                 patch: self.patch_of[leaf],
@@ -80,7 +80,7 @@ impl Mesh {
 
 /// A triangle of the mesh as given.
 #[derive(Clone, Copy)]
-struct Face {
+struct GivenTriangle {
     ends: [u32; 3],
     normal: DVec3,
     patch: u32,
