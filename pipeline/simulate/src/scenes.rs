@@ -179,7 +179,7 @@ pub(super) fn put_together(design: &Design, mut channels: Vec<Observation>) -> O
         Some(luminous) => in_lumens(&power, luminous),
         None => power,
     };
-    Observation { colours, photons, ..counted }
+    Observation { photons, colours, ..counted }
 }
 
 /// What figures are read from, of the channels of a trace, without colours.

@@ -41,6 +41,11 @@ fn shares(led: &str, beam: &str) -> [f64; 3] {
     })
 }
 
+/// True if all shares are the same.
+fn same(a: [f64; 3], b: [f64; 3]) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12)
+}
+
 const DOWN: &str = "position_mm = [0.0, 0.0, 3.0], normal = [0.0, 0.0, -1.0]";
 const ASIDE: &str = "position_mm = [3.0, 0.0, 0.5], normal = [-1.0, 0.0, 0.0]";
 
@@ -75,10 +80,11 @@ fn sides_of_the_led_have_a_law_of_their_own() {
     let black = "reflection = \"absorbing\"";
     let white = "reflection = \"specular\", reflectance = 1.0";
     let sides = "sides = { kind = \"specular\", reflectance = 1.0 }";
-    assert_eq!(shares(&format!("{black}, {sides}"), DOWN), [0.0, 1.0, 0.0]);
-    assert_eq!(shares(&format!("{black}, {sides}"), ASIDE)[1..], [0.0, 0.0]);
-    assert_eq!(shares(black, ASIDE), [0.0, 0.0, 1.0]);
+    assert!(same(shares(&format!("{black}, {sides}"), DOWN), [0.0, 1.0, 0.0]));
+    let [_, top, side] = shares(&format!("{black}, {sides}"), ASIDE);
+    assert!(top <= 0.0 && side <= 0.0);
+    assert!(same(shares(black, ASIDE), [0.0, 0.0, 1.0]));
     let dark_sides = "sides = { kind = \"absorbing\" }";
-    assert_eq!(shares(&format!("{white}, {dark_sides}"), ASIDE), [0.0, 0.0, 1.0]);
-    assert_eq!(shares(&format!("{white}, {dark_sides}"), DOWN), [1.0, 0.0, 0.0]);
+    assert!(same(shares(&format!("{white}, {dark_sides}"), ASIDE), [0.0, 0.0, 1.0]));
+    assert!(same(shares(&format!("{white}, {dark_sides}"), DOWN), [1.0, 0.0, 0.0]));
 }

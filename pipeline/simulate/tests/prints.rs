@@ -107,12 +107,12 @@ fn light_meets_ink_where_it_is() {
     let is_plate = |share: f64| (share - plate).abs() < 5.0 * (0.07 * 0.93 / PATHS as f64).sqrt();
     let beam = "[3.2, 0.2, 0.2]";
     assert!(is_plate(through("[[0.0, 0.4]]", "bottom", beam)));
-    assert_eq!(through("[[0.0, 0.45]]", "bottom", beam), 0.0);
-    assert_eq!(through("[[0.0, 0.45]]", "top", beam), 0.0);
+    assert!(through("[[0.0, 0.45]]", "bottom", beam) <= 0.0);
+    assert!(through("[[0.0, 0.45]]", "top", beam) <= 0.0);
     // Radii follow the distance from the package: 3.54 mm there.
-    assert_eq!(through("[[0.0, 0.5], [3.6, 0.42]]", "bottom", beam), 0.0);
+    assert!(through("[[0.0, 0.5], [3.6, 0.42]]", "bottom", beam) <= 0.0);
     assert!(is_plate(through("[[0.0, 0.5], [3.4, 0.42]]", "bottom", beam)));
-    assert_eq!(through("[[0.0, 0.5], [3.4, 0.42]]", "bottom", "[1.2, 0.2, 0.2]"), 0.0);
+    assert!(through("[[0.0, 0.5], [3.4, 0.42]]", "bottom", "[1.2, 0.2, 0.2]") <= 0.0);
 }
 
 #[test]

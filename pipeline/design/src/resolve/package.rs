@@ -210,15 +210,13 @@ pub(crate) fn array(
     if let (Pitch::Along(pitch), Some(expected)) = (raw.pitch_mm, expected) {
         return Err(at.value("array.pitch_mm", format!("{pitch:?}"), expected));
     }
-    let (positions, drives) = match &raw.positions_file {
-        Some(name) => {
-            let placed = positions::load(raw, name, folder).map_err(|e| at.of_files(&e))?;
-            (PackagePositions::List { positions_mm: placed.0, file: name.clone() }, placed.1)
-        }
-        None => {
-            let (columns, rows, arrangement) = (raw.columns, raw.rows, raw.arrangement);
-            (PackagePositions::Grid { columns, rows, arrangement }, None)
-        }
+    let (positions, drives) = if let Some(name) = &raw.positions_file {
+        let (positions_mm, drives) =
+            positions::load(raw, name, folder).map_err(|e| at.of_files(&e))?;
+        (PackagePositions::List { positions_mm, file: name.clone() }, drives)
+    } else {
+        let (columns, rows, arrangement) = (raw.columns, raw.rows, raw.arrangement);
+        (PackagePositions::Grid { columns, rows, arrangement }, None)
     };
     Ok(Array { positions, pitch_mm: raw.pitch_mm, crossing: raw.crossing, drives })
 }

@@ -79,7 +79,7 @@ fn parse(text: &str, pitch_mm: f64) -> Result<Placed> {
     apart(&positions, pitch_mm)?;
     let mean = powers.iter().sum::<f64>() / positions.len() as f64;
     ensure!(powers.is_empty() || mean > 0.0, "expected a power above 0, got 0 in all lines");
-    let is_even = powers.iter().all(|power| *power == powers[0]);
+    let is_even = powers.iter().all(|power| power.to_bits() == powers[0].to_bits());
     let drives = (!is_even).then(|| powers.iter().map(|power| power / mean).collect());
     Ok((positions.into_iter().map(|(at, _)| at).collect(), drives))
 }
