@@ -286,7 +286,7 @@ mod tests {
         let pitch =
             |formula: &str| resolved(&[("pitch_mm = 8.0", &format!("pitch_mm = {formula}"))]);
         let at =
-            "own.toml: line 22, column 12: array.pitch_mm: expected a number, or a sum of products";
+            "own.toml: line 23, column 12: array.pitch_mm: expected a number, or a sum of products";
         for (formula, why) in [
             ("16 / 2", "got \"16 / 2\""),
             ("2 * (led.height_mm + 1)", "got \"2 * (led.height_mm + 1)\""),
