@@ -20,7 +20,7 @@ const CAVITY: &str = r#"
 name = "cavity"
 mirror = { kind = "lambertian", reflectance = 0.3, extent = "array" }
 led = { size_mm = [0.1, 0.1], height_mm = 0.1, reflectance = 0.0, reflection = "absorbing" }
-dome = { base_radius_mm = 1.0, apex_height_mm = 1.0 }
+dome = { sphere_radius_mm = 1.0, height_mm = 0.5, width_mm = 1.6 }
 silicone = { index = 1.41 }
 array = { columns = 2, rows = 1, pitch_mm = 3.0 }
 receiver = { plane_height_mm = 4.0, bin_mm = 0.5 }
@@ -37,7 +37,7 @@ led = { size_mm = [0.1, 0.1], height_mm = 0.1, reflectance = 0.0, reflection = "
 array = { columns = 1, rows = 1, pitch_mm = 40.0 }
 receiver = { plane_height_mm = 4.0, bin_mm = 1.0 }
 light = { wavelength_nm = 450.0 }
-sources = [{ name = "beam", kind = "cosine", exponent = 1e7, position_mm = [3.2, 0.2, 0.2] }]
+sources = [{ name = "beam", kind = "cosine", exponent = 1e6, position_mm = [3.2, 0.2, 0.2] }]
 films = [{ name = "film", z_mm = 1.0, thickness_mm = 0.1, medium = { index = 1.5 } }]
 "#;
 
