@@ -120,7 +120,9 @@ fn a_mesh_alone_says_how_high_and_wide_the_dome_is() {
     }
     for key in ["sphere_radius_mm = 2.0", "height_mm = 1.0", "width_mm = 3.4"] {
         let name = key.split(' ').next().unwrap_or_default();
-        let says = format!("dome.{name}: no such key for \"mesh\", expected one of mesh, mesh_unit, smooth_deg");
+        let says = format!(
+            "dome.{name}: no such key for \"mesh\", expected one of mesh, mesh_unit, smooth_deg"
+        );
         let beside = with_mesh("dome.stl", "mm").replace("mesh_unit", &format!("{key}\nmesh_unit"));
         refused(at, &beside, &[&says]);
     }
