@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Speos BSDFs: `.anisotropicbsdf` (rotations of the sample, one spectrum for all) and `.brdf`
-//! (isotropic, a table for each wavelength), as text; the first also in [binary mode](super::binary).
+//! (isotropic, a table for each wavelength), as text; the first also in binary mode.
 //!
 //! In: the bytes of a file, or a [`SpeosBsdf`]. Out: the other. Light arrives travelling along +x
 //! of a frame about the normal z; scatter angles are spherical in that frame, so the specular
