@@ -9,11 +9,13 @@ use design::resolved::films::Coats;
 use design::resolved::led::{BoxPlace, Led};
 use design::resolved::luminescence::MediumLuminophore;
 use design::resolved::medium::Medium;
+use design::resolved::prints::CheckedPrint;
 use design::resolved::receivers::CheckedReceiver;
 use design::resolved::reflector::Reflector;
 use design::resolved::scattering::MediumScattering;
 use design::resolved::solids::CheckedSolid;
 use design::schema::Arrangement;
+use design::schema::prints::Print;
 use design::schema::receivers::ReceiverForm;
 use design::schema::solids::{Per, Prisms, Relief, ReliefCells, ScatterLaw};
 use design::spectrum::lights::Light;
@@ -103,6 +105,7 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
             None => reflecting(m.reflector, design.films.as_ref().map(|films| &films.mirror)),
         },
     );
+    design.prints.iter().for_each(|print| line("ink", ink(print)));
     let around = [("film stack", treatment(design).describe()), ("housing", housing(design))];
     for (key, words) in around.into_iter().filter_map(|(key, words)| Some((key, words?))) {
         line(key, words);
@@ -477,13 +480,25 @@ fn dome(design: &Design) -> String {
     format!("{form}, {height} mm high, {width} mm wide, {silicone}")
 }
 
-/// Reflectance and law of reflection in words.
-/// A reflector, which may be of metal.
+/// A reflector in words, which may be of metal.
 fn reflecting(reflector: Reflector, coats: Option<&Coats>) -> String {
     if coats.is_some_and(|coats| coats.substrate.is_some()) {
         return format!("thin films on metal, {} of what they reflect", reflector.reflectance());
     }
     format!("reflectance {}", reflects(reflector))
+}
+
+/// Ink in words.
+fn ink(print: &CheckedPrint) -> String {
+    let Print { on, reflected, transmitted, dots, picture_file } = &print.stated;
+    let form = match (dots, picture_file) {
+        (Some(dots), _) => format!("dots {} mm apart", shortest(dots.pitch_mm)),
+        (None, file) => format!("by {}", file.as_deref().unwrap_or_default()),
+    };
+    format!(
+        "on {on}: {form}, {:.1} % of the area; {reflected} reflected, {transmitted} transmitted",
+        100.0 * print.coverage
+    )
 }
 
 /// The sides of the LED, where they are not as its top.
@@ -493,6 +508,7 @@ fn sides(design: &Design) -> String {
     sides.unwrap_or_default()
 }
 
+/// Reflectance and law of reflection in words.
 fn reflects(reflector: Reflector) -> String {
     match reflector {
         Reflector::Specular { reflectance } => format!("{reflectance}, specular"),

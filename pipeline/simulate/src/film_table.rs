@@ -5,6 +5,7 @@
 use anyhow::Result;
 use serde_json::{Value, json};
 use tracer::glam::DVec3;
+use tracer::random;
 use tracer::receiver::{Sense, underscored};
 use tracer::shape::{Extent, Plane};
 use tracer::{
@@ -16,6 +17,7 @@ use design::Design;
 use design::resolved::dome::Dome;
 use design::resolved::reflector::Reflector;
 use design::resolved::solids::{CheckedSolid, LEAST_MM, Orientation};
+use design::resolved::sources::Part;
 use design::schema::FilmTracing;
 use design::schema::prints::Print;
 use design::schema::solids::Per;
@@ -31,9 +33,10 @@ const SAME_MM: f64 = 1e-6;
 /// Directions that differ by less are equal, degrees.
 const SAME_DEG: f64 = 1e-9;
 
-/// Exponent of a cosine above which light fills a few cells of incidence alone: the mean of the sine
-/// squared is an eighth.
-const NARROW_EXPONENT: f64 = 13.0;
+/// Length of the mean direction of light above which it fills a few cells of incidence alone: that of
+/// the thirteenth power of a cosine, 14/15. As many directions are drawn of a source.
+const NARROW_MEAN: f64 = 14.0 / 15.0;
+const DRAWN: u32 = 1024;
 /// Half the angle of cones into which light is followed as a share of its own, at most, degrees.
 const NARROW_DEG: f64 = 30.0;
 
@@ -170,14 +173,25 @@ fn reading_in_stack(design: &Design, films: &[&CheckedSolid], ends_mm: [f64; 2])
     })
 }
 
-/// A source whose light fills few cells of incidence, which the table would widen.
+/// Light of the LED or of a source that fills few cells of incidence, which the table would widen.
 fn narrow_source(design: &Design) -> Option<String> {
-    let mut emitters = design.sources.iter().flat_map(|source| &source.emitters);
-    let is_narrow = emitters.any(|emitter| match emitter.source.emission {
-        Emission::CosinePower { exponent } => exponent > NARROW_EXPONENT,
-        _ => false,
-    });
-    is_narrow.then(|| "the light of a source is narrow".to_owned())
+    let is_narrow = |source: &Source| {
+        let mut rng = random::stream(0, 0);
+        let directions = (0..DRAWN).map(|_| source.sample(0.0, &mut rng).direction);
+        directions.sum::<DVec3>().length() > NARROW_MEAN * f64::from(DRAWN)
+    };
+    let emission = |part: &Part| {
+        let (place, medium) = (DVec3::ZERO, Region::World);
+        Source::new("LED", place, medium, Emitter::Point, part.emission.clone())
+    };
+    if design.files.parts().iter().any(|part| is_narrow(&emission(part))) {
+        return Some("the light of the LED is narrow".to_owned());
+    }
+    let narrow = design
+        .sources
+        .iter()
+        .find(|source| source.emitters.iter().any(|emitter| is_narrow(&emitter.source)))?;
+    Some(format!("the light of source {:?} is narrow", narrow.name()))
 }
 
 /// A lowest film that lets light through as it came. Prisms send light back the way it came, and mirrors

@@ -295,6 +295,12 @@ fn stacks_that_no_table_fits_are_traced_and_say_why() {
                  position_mm = [0.0, 0.0, 4.5]\nsurface = { kind = \"absorbing\" }\n";
     let spot = "[[sources]]\nname = \"spot\"\nkind = \"cosine\"\nexponent = 50.0\n\
                 position_mm = [0.0, 0.0, 0.5]\n";
+    let sheet = |angles: &str, values: &str| {
+        format!(
+            "[[sources]]\nname = \"spot\"\nkind = \"table\"\nposition_mm = [0.0, 0.0, 0.5]\n\
+             angle_deg = {angles}\nintensity = {values}\n"
+        )
+    };
     let upper = prisms("", 0.0);
     let lowest = prisms("z_mm = 4.0\n", 0.0);
     for (parts, words) in [
@@ -307,7 +313,9 @@ fn stacks_that_no_table_fits_are_traced_and_say_why() {
         (vec![LINE, PLATE, &past], "receiver \"own\" asks for the past"),
         (vec![LINE, PLATE, solid], "solid \"post\" stands in, between or against films"),
         (vec![LINE, PLATE, &on_walls], "on the walls"),
-        (vec![LINE, PLATE, spot], "the light of a source is narrow"),
+        (vec![LINE, PLATE, spot], "the light of source \"spot\" is narrow"),
+        (vec![LINE, PLATE, &sheet("[0, 15, 20]", "[1, 1, 0]")], "the light of source \"spot\""),
+        (vec![LINE, PLATE, &sheet("[0, 60, 90]", "[1, 0.6, 0]")], "table"),
         // Prisms send light of an LED back to it: by cells its top would absorb a third too little.
         (vec![LINE, &lowest], "the lowest film \"lower\" does not diffuse"),
     ] {

@@ -12,6 +12,7 @@ use runtime::bounded_text::{MAX_ROWS, bounded_text};
 
 use crate::check::Context;
 use crate::error::ConfigError;
+use crate::resolved::files::symmetry_of;
 use crate::schema::sources::TableSource;
 
 /// Emission by the table of `raw`, and the symmetry of its light about the axis.
@@ -56,11 +57,7 @@ pub(super) fn emission(
     }
     let table = distribution(angles, planes);
     let table = table.map_err(|error| refuse(&format!("a table of intensities: {error}")))?;
-    let symmetry = match (first < 0.0, planes.len()) {
-        (false, 1) => Symmetry::Square,
-        (false, _) => Symmetry::Rectangle,
-        (true, _) => Symmetry::None,
-    };
+    let symmetry = symmetry_of(&table);
     Ok((Emission::Table(Arc::new(table)), symmetry))
 }
 
