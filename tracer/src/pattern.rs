@@ -28,22 +28,17 @@ pub enum Marks {
 }
 
 impl Pattern {
-    /// A pattern of `columns` cells along x, about the point `middle`, mm; `cell` are the lengths of
-    /// a cell, mm.
+    /// A pattern of `columns` cells along x, about the origin; `cell` are the lengths of a cell, mm.
     ///
     /// # Errors
     /// No whole rows, dots that overlap, shares beyond 1.
-    pub fn new(
-        middle: [f64; 2],
-        cell: [f64; 2],
-        columns: usize,
-        marks: Marks,
-    ) -> Result<Self, Error> {
+    pub fn new(cell: [f64; 2], columns: usize, marks: Marks) -> Result<Self, Error> {
         let (what, expected, most) = match &marks {
-            Marks::Dots(_) => ("radius of a dot in mm", "0 to half of its cell", 0.5),
+            Marks::Dots(_) => {
+                ("radius of a dot in mm", "0 to half of its cell", 0.5 * cell[0].min(cell[1]))
+            }
             Marks::Shares(_) => ("printed share", "0 to 1", 1.0),
         };
-        let most = if matches!(marks, Marks::Dots(_)) { most * cell[0].min(cell[1]) } else { most };
         let (Marks::Dots(values) | Marks::Shares(values)) = &marks;
         let refuse =
             |what: &str, expected, got| Err(Error::Number { what: what.to_owned(), expected, got });
@@ -57,7 +52,7 @@ impl Pattern {
         }
         let rows = values.len() / columns;
         let counts = [columns, rows];
-        let low = [0, 1].map(|k| middle[k] - 0.5 * cell[k] * counts[k] as f64);
+        let low = [0, 1].map(|k| -0.5 * cell[k] * counts[k] as f64);
         Ok(Self { low, cell, columns, rows, marks })
     }
 

@@ -110,7 +110,7 @@ pub struct Printed {
     /// The model of the ink.
     pub ink: SurfaceModel,
     /// Places of the ink.
-    pub pattern: Pattern,
+    pub pattern: Arc<Pattern>,
 }
 
 impl SurfaceModel {

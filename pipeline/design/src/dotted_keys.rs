@@ -179,6 +179,7 @@ pub fn set_all(design: &mut toml::Table, settings: &Settings) -> Result<()> {
     }
     let lists = removed.iter().filter_map(|path| Some(path.rsplit_once('[')?.0));
     let mut lists: Vec<&str> = lists.chain(orders.keys().copied()).collect();
+    check_references(design, &lists)?;
     // Lists within entries first, as their numbers are those of the file.
     lists.sort_by_key(|path| Reverse(path.matches('[').count()));
     for path in lists {
@@ -191,6 +192,55 @@ pub fn set_all(design: &mut toml::Table, settings: &Settings) -> Result<()> {
     }
     keep_height(design, lowest);
     Ok(())
+}
+
+/// Refuses formulas that name an entry of one of `lists`, whose numbers change, by its number.
+fn check_references(design: &toml::Table, lists: &[&str]) -> Result<()> {
+    for key in texts(design) {
+        let text = get(design, &key).and_then(toml::Value::as_str).unwrap_or_default();
+        if let Some(list) = lists.iter().find(|list| text.contains(&format!("{list}["))) {
+            bail!("{key}: expected names of entries of {list}, whose numbers change, got {text:?}");
+        }
+    }
+    Ok(())
+}
+
+/// Keys of all texts of `design`.
+pub(crate) fn texts(design: &toml::Table) -> Vec<String> {
+    fn collect(value: &toml::Value, key: String, texts: &mut Vec<String>) {
+        match value {
+            toml::Value::String(_) => texts.push(key),
+            toml::Value::Array(list) => {
+                for (entry, number) in list.iter().zip(1..) {
+                    collect(entry, format!("{key}[{number}]"), texts);
+                }
+            }
+            toml::Value::Table(table) => {
+                for (name, value) in table {
+                    collect(value, format!("{key}.{name}"), texts);
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut texts = Vec::new();
+    design.iter().for_each(|(key, value)| collect(value, key.clone(), &mut texts));
+    texts
+}
+
+/// The entries that orders of lists in `settings` leave out.
+///
+/// # Errors
+/// A name that no entry has.
+pub fn entries_left_out(design: &toml::Table, settings: &Settings) -> Result<Vec<String>> {
+    let mut left_out = Vec::new();
+    for (path, value) in settings {
+        let Some(kept) = order(design, path, value)? else { continue };
+        let count = get(design, path).and_then(toml::Value::as_array).map_or(0, Vec::len);
+        let gone = (0..count).filter(|entry| !kept.contains(entry));
+        left_out.extend(gone.map(|entry| format!("{path}[{}]", entry + 1)));
+    }
+    Ok(left_out)
 }
 
 /// `settings` with [`numbered`] keys.
@@ -363,6 +413,14 @@ mod tests {
             ),
             ("\"films.d\" = \"\"", "got `d`"),
             ("\"films[5]\" = \"\"", "from 1 to 4, got 5"),
+            (
+                "\"films.b\" = \"\"\n\"films.c.gap_mm\" = \"2 * films[2].gap_mm\"",
+                "films[4].gap_mm: expected names of entries of films, whose numbers change",
+            ),
+            (
+                "films = [\"plate\", \"c\"]\n\"films.c.gap_mm\" = \"films[1].z_mm\"",
+                "expected names of entries of films",
+            ),
         ] {
             let said = stack(settings).expect_err(settings).to_string();
             assert!(said.contains(words), "{said}");

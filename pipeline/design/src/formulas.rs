@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use toml::{Table, Value};
 
-use crate::dotted_keys::{get, number, numbered};
+use crate::dotted_keys::{get, number, numbered, texts};
 use crate::json_schema::{list_lengths, number_kind};
 
 /// Most formulas one behind the other.
@@ -43,13 +43,9 @@ struct Formulas<'a> {
 /// # Errors
 /// The first formula that stands for none.
 pub(crate) fn numbers(design: &Table) -> Result<Vec<(String, String)>, Fault> {
-    let mut texts = Vec::new();
-    for (key, value) in design {
-        collect_texts(value, key.clone(), &mut texts);
-    }
     let mut formulas = Formulas::new(design);
     let mut all = Vec::new();
-    for key in texts.into_iter().filter(|key| takes_numbers(key)) {
+    for key in texts(design).into_iter().filter(|key| takes_numbers(key)) {
         if let Some(Known { numbers, .. }) = formulas.value(&key)? {
             let toml = match &numbers[..] {
                 [one] => format!("{one:?}"),
@@ -66,23 +62,6 @@ pub fn number_at(design: &Table, key: &str) -> Option<f64> {
     match &Formulas::new(design).value(key).ok()??.numbers[..] {
         [one] => Some(*one),
         _ => None,
-    }
-}
-
-fn collect_texts(value: &Value, key: String, texts: &mut Vec<String>) {
-    match value {
-        Value::String(_) => texts.push(key),
-        Value::Array(list) => {
-            for (entry, number) in list.iter().zip(1..) {
-                collect_texts(entry, format!("{key}[{number}]"), texts);
-            }
-        }
-        Value::Table(table) => {
-            for (name, value) in table {
-                collect_texts(value, format!("{key}.{name}"), texts);
-            }
-        }
-        _ => {}
     }
 }
 

@@ -449,7 +449,8 @@ pub const OF_SURFACE: [Definition; 6] = [
 const fn of_side(key: &'static str, label: &'static str) -> Definition {
     Definition { unit: Unit::Fraction, ..of_bins(key, label, NEITHER) }
         .scaled(SHARE_SCALE)
-        .means("Share of the emitted power on a surface by the side that it comes from; each time that it comes counts.")
+        .adding_wavelengths()
+        .means("Share of the emitted power on a surface by the side that it comes from; each time that it comes counts. Of converted light in lumens, of 683 lm for each watt.")
 }
 
 /// Former names of figures of receivers, each with the name of today.

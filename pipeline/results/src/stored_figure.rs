@@ -56,7 +56,7 @@ impl ReceiverEntry {
     pub fn figure(&self, key: &str) -> Option<(&FigureEntry, Unit)> {
         let known = figures::of_receivers().find(|known| known.key == key)?;
         let unit = match known.unit {
-            // Fluxes of surfaces had no unit beside that of the files.
+            // Files without `flux_unit` state fluxes of surfaces in the unit of their rows.
             _ if is_flux(key) => Unit::from_name(self.flux_unit.as_ref().unwrap_or(&self.unit))?,
             Unit::WattPerSquareMillimetre => Unit::from_name(&self.unit)?,
             unit => unit,

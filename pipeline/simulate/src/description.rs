@@ -79,7 +79,7 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
             shortest(l.size_mm[0]),
             shortest(l.size_mm[1]),
             shortest(l.height_mm),
-            reflecting(l.reflector, design.films.as_ref().map(|films| &films.led[0])),
+            reflecting(l.reflector, design.films.as_ref().map(|films| &films.led_top)),
             sides(design),
             moved(l)
         ),
@@ -403,16 +403,18 @@ fn scatters(law: &ScatterLaw) -> String {
             let tip = stated.tip_radius_um.filter(|radius| *radius > 0.0);
             let tip = tip.map_or(String::new(), |radius| format!(" of tip radius {radius} um"));
             format!(
-                "prisms of {}°{tip} along {}°",
+                "prisms of {}°{tip} along {}°{}",
                 stated.apex_deg.unwrap_or(Prisms::APEX_DEG),
-                stated.direction_deg.unwrap_or_default()
+                stated.direction_deg.unwrap_or_default(),
+                in_glue(law)
             )
         }
         ScatterLaw::Grooves(stated) => {
             format!(
-                "grooves of {} points along {}°",
+                "grooves of {} points along {}°{}",
                 stated.profile_um.len(),
-                stated.direction_deg.unwrap_or_default()
+                stated.direction_deg.unwrap_or_default(),
+                in_glue(law)
             )
         }
         ScatterLaw::Microlenses(stated) => relief("microlenses", stated),
@@ -466,9 +468,9 @@ fn dome(design: &Design) -> String {
     let [height, width] = [dome.height_mm(), 2.0 * dome.radius_mm()].map(shortest);
     let form = match dome {
         Dome::Mesh(mesh) => {
-            let smooth = mesh
-                .smooth_deg
-                .map(|angle| format!(", smooth across edges of up to {} degrees", shortest(angle)));
+            let smooth = mesh.smooth_deg.map(|angle| {
+                format!(", smooth where faces turn by up to {} degrees", shortest(angle))
+            });
             let triangles = count(mesh.triangles, "triangle");
             format!("mesh of {triangles}{}", smooth.unwrap_or_default())
         }
@@ -488,6 +490,12 @@ fn reflecting(reflector: Reflector, coats: Option<&Coats>) -> String {
     format!("reflectance {}", reflects(reflector))
 }
 
+/// Depth of tips in glue in words.
+fn in_glue(law: &ScatterLaw) -> String {
+    let depth = law.tips_um().map(|tips_um| format!(", {} um deep in glue", shortest(tips_um)));
+    depth.unwrap_or_default()
+}
+
 /// Ink in words.
 fn ink(print: &CheckedPrint) -> String {
     let Print { on, reflected, transmitted, dots, picture_file } = &print.stated;
@@ -503,7 +511,7 @@ fn ink(print: &CheckedPrint) -> String {
 
 /// The sides of the LED, where they are not as its top.
 fn sides(design: &Design) -> String {
-    let coats = design.films.as_ref().map(|films| &films.led[1]);
+    let coats = design.films.as_ref().map(|films| &films.led_sides);
     let sides = design.led.sides.map(|sides| format!("; sides {}", reflecting(sides, coats)));
     sides.unwrap_or_default()
 }

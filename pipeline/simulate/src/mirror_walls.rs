@@ -90,6 +90,22 @@ fn changed(design: &Design) -> Vec<String> {
         };
         say(key, "rows that are not their own image");
     }
+    if let Some(drives) = &design.array.drives {
+        let axes = design.array.axes_mm();
+        let power_at = |at: [f64; 2]| {
+            let place = axes.iter().position(|axis| (0..2).all(|k| (axis[k] - at[k]).abs() < SAME));
+            place.map(|place| drives[place])
+        };
+        let is_mirrored = axes.iter().zip(drives).all(|([x, y], drive)| {
+            [[-x, *y], [*x, -y]].into_iter().all(|at| power_at(at) == Some(*drive))
+        });
+        if !is_mirrored {
+            say("array.positions_file", "powers that are not their own image");
+        }
+    }
+    for print in design.prints.iter().filter(|print| print.symmetry() == Symmetry::None) {
+        say(&format!("ink on {}", print.stated.on), "a pattern that is not its own image");
+    }
     if design.files.symmetry() == Symmetry::None {
         say("files", "a mirror or a source that is not symmetric");
     }

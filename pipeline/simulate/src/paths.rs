@@ -113,7 +113,10 @@ pub fn middle_package(design: &Design) -> (usize, [f64; 2]) {
 /// A scene that cannot be built.
 pub(super) fn lit_scene(design: &Design, surface: &DomeSurface) -> Result<(Scene, DVec3)> {
     let (number, [x, y]) = middle_package(design);
-    Ok((scene::build(design, surface)?.lit_by(number), DVec3::new(x, y, 0.0)))
+    // It shines alone, whatever its power.
+    let mut even = design.clone();
+    even.array.drives = None;
+    Ok((scene::build(&even, surface)?.lit_by(number), DVec3::new(x, y, 0.0)))
 }
 
 /// Traces `count` paths from one package of `design` with `surface` on all domes; coordinates from

@@ -249,11 +249,12 @@ fn mirror(design: &Design) -> Result<SurfaceModel> {
 
 /// The top and the sides of the LED.
 fn led_faces(design: &Design) -> Result<[SurfaceModel; 2]> {
-    let coats = |k: usize| design.films.as_ref().map(|films| &films.led[k]);
+    let films = design.films.as_ref();
     let top = design.led.reflector;
+    let sides = design.led.sides.unwrap_or(top);
     Ok([
-        reflecting(design, top, coats(0))?,
-        reflecting(design, design.led.sides.unwrap_or(top), coats(1))?,
+        reflecting(design, top, films.map(|films| &films.led_top))?,
+        reflecting(design, sides, films.map(|films| &films.led_sides))?,
     ])
 }
 

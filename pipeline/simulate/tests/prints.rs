@@ -130,3 +130,33 @@ fn pictures_lie_upright() {
         assert_eq!(up == 0.0, is_dark, "{at:?}: {up}");
     }
 }
+
+/// The mirrors under domes lie in the frame of the array: with ink on the half of large x alone, the
+/// package that stands there loses light to its bottom, and the other loses none. Light is traced in
+/// batches, and path by path where it carries its polarisation.
+#[test]
+fn ink_lies_under_the_packages_of_its_half() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("ink.csv"), "0,1\n").expect("a picture");
+    for (lit, is_dark) in [("1, 0", false), ("0, 1", true)] {
+        let [left, right] = lit.split_once(", ").map(|(a, b)| [a, b]).expect("two powers");
+        let places = format!("-1.5 0 {left}\n1.5 0 {right}\n");
+        std::fs::write(folder.path().join("places.csv"), places).expect("places");
+        for light in ["", ", polarization = \"carried\""] {
+            let text = format!(
+                "name = \"halves\"\n\
+                 mirror = {{ kind = \"lambertian\", reflectance = 1.0, extent = \"array\" }}\n\
+                 led = {{ size_mm = [0.1, 0.1], height_mm = 0.1, reflectance = 1.0, reflection = \"specular\" }}\n\
+                 dome = {{ sphere_radius_mm = 1.0, height_mm = 0.5, width_mm = 1.6 }}\n\
+                 silicone = {{ index = 1.41 }}\n\
+                 array = {{ positions_file = \"places.csv\", pitch_mm = 3.0, crossing = false }}\n\
+                 receiver = {{ plane_height_mm = 4.0, bin_mm = 0.5 }}\n\
+                 light = {{ wavelength_nm = 450.0{light} }}\n\
+                 [[prints]]\non = \"mirror\"\nreflected = 0.0\npicture_file = \"ink.csv\"\n"
+            );
+            let (accounts, _) = trace(&text, folder.path());
+            let lost = account(&accounts, "absorbed_by_bottom").value;
+            assert!(if is_dark { lost > 0.05 } else { lost <= 0.0 }, "{lit} {light}: {lost}");
+        }
+    }
+}

@@ -37,6 +37,14 @@ impl Places {
     /// Packages that stand otherwise than in full rows; a whole array that is smaller, or larger
     /// than so few packages can stand for.
     pub fn new(design: &Design, whole: Option<[usize; 2]>) -> Result<Self> {
+        ensure!(
+            design.array.drives.is_none(),
+            "array.positions_file: expected positions without powers for zones, whose levels say what each package emits"
+        );
+        ensure!(
+            whole.is_none() || design.prints.is_empty(),
+            "--packages: expected none with [[prints]]: ink of the design does not repeat from package to package"
+        );
         let axes = design.array.axes_mm();
         let Some([[left, across], [low, along]]) = layout(design).lattice() else {
             anyhow::bail!(

@@ -84,7 +84,10 @@ fn read(records: &[Record]) -> Result<Material, MaterialError> {
     let mut k: Vec<[f64; 2]> = Vec::new();
     let mut opaque_from = None;
     for row in all("IT") {
-        let &[wavelength, transmittance, thickness_mm] = &numbers(row)?[..] else { continue };
+        let &[wavelength, transmittance, thickness_mm] = &numbers(row)?[..] else {
+            let expected = "a wavelength, a transmittance and a thickness";
+            return Err(MaterialError::Line { line: row.1, expected, got: row.2.join(" ") });
+        };
         if transmittance <= 0.0 || thickness_mm <= 0.0 {
             // At both ends the data are silent; light between would not be.
             opaque_from = opaque_from.or(Some(row.1).filter(|_| !k.is_empty()));
@@ -97,6 +100,12 @@ fn read(records: &[Record]) -> Result<Material, MaterialError> {
         // T = exp(-4π k d / λ).
         let per_mm = -transmittance.ln() / thickness_mm;
         k.push([wavelength, per_mm * wavelength * 1e-3 / (4.0 * PI)]);
+    }
+    if k.is_empty()
+        && let Some(row) = all("IT").next()
+    {
+        let expected = "an internal transmittance above 0 at some wavelength";
+        return Err(MaterialError::Line { line: row.1, expected, got: "0".into() });
     }
     let k = if k.is_empty() { None } else { Some(Source::Table(Table::new(k)?)) };
     Material::paired(formula_source(formula, &coefficients, [from, to])?, k)

@@ -65,20 +65,29 @@ pub(crate) fn resolve(
     Ok(films)
 }
 
-/// Refuses tips that are to stand in a film which is not there.
+/// Refuses tips that are to stand in a film which is not there, or too thin for them.
 fn tips_in_glue(raw: &[Film], at: &Context) -> Result<(), ConfigError> {
-    let touches_below = |film: &Film| film.gap_mm == Some(0.0);
+    let touches_below = |film: &&Film| film.gap_mm == Some(0.0);
     for (number, film) in raw.iter().enumerate() {
-        let is_glued = [raw.get(number + 1).is_some_and(touches_below), touches_below(film)];
-        for ((face, is_glued), stated) in
-            ["top", "bottom"].into_iter().zip(is_glued).zip([&film.top, &film.bottom])
-        {
-            let tips_um = stated.as_ref().and_then(|face| face.kind.tips_um());
-            if let Some(tips_um) = tips_um.filter(|_| !is_glued) {
-                let expected = "no such key without a film in optical contact there (gap_mm = 0)";
-                let key = format!("films[{}].{face}.tips_um", number + 1);
-                return Err(at.value(&key, tips_um, expected));
+        let above = raw.get(number + 1).filter(touches_below);
+        let below = number.checked_sub(1).and_then(|below| raw.get(below));
+        let below = below.filter(|_| touches_below(&film));
+        for (face, glue, stated) in [("top", above, &film.top), ("bottom", below, &film.bottom)] {
+            let Some(tips_um) = stated.as_ref().and_then(|face| face.kind.tips_um()) else {
+                continue;
+            };
+            let most_um = glue.map(|glue| 1e3 * glue.thickness_mm);
+            if most_um.is_some_and(|most_um| tips_um <= most_um * (1.0 + ROUNDING_MM)) {
+                continue;
             }
+            let expected = match most_um {
+                Some(most_um) => format!("at most {} um, the film in contact", shortest(most_um)),
+                None => {
+                    "no such key without a film in optical contact there (gap_mm = 0)".to_owned()
+                }
+            };
+            let key = format!("films[{}].{face}.tips_um", number + 1);
+            return Err(at.value(&key, tips_um, &expected));
         }
     }
     Ok(())

@@ -27,16 +27,16 @@ pub(crate) fn resolve(
         return Err(at.value("mirror.substrate", "given", expected));
     }
     let led_top = on_metal("led", &raw.led.kind.0, folder, at)?;
-    let led_sides = match &raw.led.shared.sides {
-        Some(sides) => on_metal("led.sides", &sides.kind, folder, at)?,
-        None => on_metal("led", &raw.led.kind.0, folder, at)?,
-    };
-    let metals = [&mirror, &led_top, &led_sides];
-    if dome.is_empty() && metals.iter().all(|stack| stack.substrate.is_none()) {
+    let sides = raw.led.shared.sides.as_ref();
+    let led_sides =
+        sides.map(|sides| on_metal("led.sides", &sides.kind, folder, at)).transpose()?;
+    let is_of_metal = |stack: &Stack| stack.substrate.is_some();
+    let has_metal = [&mirror, &led_top].into_iter().chain(&led_sides).any(is_of_metal);
+    if dome.is_empty() && !has_metal {
         return Ok(None);
     }
     let dome = Stack::new("dome", dome, folder, at)?;
-    let stated = FilmStacks { dome, mirror, led: [led_top, led_sides] };
+    let stated = FilmStacks { dome, mirror, led_top, led_sides };
     Films::new(&Arc::new(stated), wavelength_nm, at).map(Some)
 }
 

@@ -2,17 +2,20 @@
 //! `[[prints]]`, checked: on which surface, and where the ink is.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use bsdf::DiffuseLaw;
+use bsdf::analytic::linear;
 use formats::level_image::LevelImage;
 use tracer::{Marks, Pattern};
 
 use super::solids::diffusing;
-use crate::check::{Context, MAX_LENGTH_MM};
+use crate::check::{Context, MAX_LENGTH_MM, whole_division};
 use crate::error::ConfigError;
 use crate::resolved::Design;
 use crate::resolved::prints::CheckedPrint;
 use crate::resolved::solids::{BOX_FACES, CheckedSolid};
+use crate::schema::Extent;
 use crate::schema::prints::{Dots, Print};
 use metrics::digits::shortest;
 use runtime::serde_arrays::List;
@@ -46,7 +49,8 @@ pub(crate) fn resolve(
                 return Err(at.value("dots", "both or neither", expected));
             }
         };
-        prints.push(CheckedPrint { stated: print.clone(), coverage: pattern.coverage(), pattern });
+        let (coverage, pattern) = (pattern.coverage(), Arc::new(pattern));
+        prints.push(CheckedPrint { stated: print.clone(), coverage, pattern });
     }
     Ok(prints)
 }
@@ -58,7 +62,13 @@ fn printed_mm(print: &Print, design: &Design, at: &Context) -> Result<[f64; 2], 
             let expected = "0 on the mirror, which light does not pass";
             return Err(at.value("transmitted", print.transmitted, expected));
         }
-        return Ok(design.cells_mm());
+        if design.mirror.extent != Extent::Array {
+            let expected = "a face of a film, or mirror.extent = \"array\"";
+            return Err(at.value("on", "\"mirror\"", expected));
+        }
+        let walls = design.housing_half_mm().unwrap_or([f64::INFINITY; 2]);
+        let cells = design.cells_mm();
+        return Ok([0, 1].map(|k| cells[k].min(2.0 * walls[k])));
     }
     let films: Vec<&CheckedSolid> = design.solids.iter().filter(|solid| solid.is_film()).collect();
     let faces = films.iter().enumerate().flat_map(|(number, film)| {
@@ -99,14 +109,20 @@ fn dots(
         );
         return Err(at.value("dots.pitch_mm", pitch_mm, &expected));
     }
-    let rows = &stated.radius_mm;
-    let rises = rows.windows(2).all(|pair| pair[0].0[0] < pair[1].0[0]);
+    if let (true, Some(half_mm)) = (design.is_periodic(), design.housing_half_mm()) {
+        for half in half_mm {
+            let key = "dots.pitch_mm";
+            whole_division(at, key, 2.0 * half, pitch_mm)?;
+        }
+    }
+    let rows: Vec<[f64; 2]> = stated.radius_mm.iter().map(|List(row)| *row).collect();
+    let rises = rows.windows(2).all(|pair| pair[0][0] < pair[1][0]);
     let key = |number: usize| format!("dots.radius_mm[{}]", number + 1);
     if rows.is_empty() || !rises {
         let expected = "rows of distance and radius, the distance rising";
         return Err(at.value("dots.radius_mm", format!("{} rows", rows.len()), expected));
     }
-    for (number, List([distance, radius])) in rows.iter().enumerate() {
+    for (number, [distance, radius]) in rows.iter().enumerate() {
         at.within(&key(number), *distance, 0.0, MAX_LENGTH_MM)?;
         if !(0.0..=0.5 * pitch_mm).contains(radius) {
             let half = shortest(0.5 * pitch_mm);
@@ -115,19 +131,28 @@ fn dots(
         }
     }
     let counts = counts.map(|count| count as usize);
-    let distances = distances_mm(counts, pitch_mm, (&design.array.axes_mm(), rows));
-    let radii = distances.iter().map(|distance| between(rows, *distance) as f32).collect();
-    let pattern = Pattern::new([0.0; 2], [pitch_mm; 2], counts[0], Marks::Dots(radii));
+    let far_mm = rows[rows.len() - 1][0];
+    let distances = distances_mm(counts, pitch_mm, (&axes_mm(design), far_mm));
+    let radii = distances.iter().map(|distance| linear(&rows, *distance) as f32).collect();
+    let pattern = Pattern::new([pitch_mm; 2], counts[0], Marks::Dots(radii));
     pattern.map_err(|error| at.of_files(&error.into()))
 }
 
-/// Distances of dots from the nearest of `axes`, at most that of the last row.
-fn distances_mm(
-    counts: [usize; 2],
-    pitch_mm: f64,
-    (axes, rows): (&[[f64; 2]], &[List<f64, 2>]),
-) -> Vec<f64> {
-    let far_mm = rows.last().map_or(0.0, |List([distance, _])| *distance);
+/// Axes of the packages, in a cell that repeats with those of the cells around it, mm.
+fn axes_mm(design: &Design) -> Vec<[f64; 2]> {
+    let own = design.array.axes_mm();
+    let Some(half_mm) = design.housing_half_mm().filter(|_| design.is_periodic()) else {
+        return own;
+    };
+    let cells = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [f64::from(i), f64::from(j)]));
+    let moved = |cell: [f64; 2]| {
+        own.iter().map(move |axis| [0, 1].map(|k| axis[k] + 2.0 * half_mm[k] * cell[k]))
+    };
+    cells.flat_map(moved).collect()
+}
+
+/// Distances of dots from the nearest of `axes`, at most `far_mm`.
+fn distances_mm(counts: [usize; 2], pitch_mm: f64, (axes, far_mm): (&[[f64; 2]], f64)) -> Vec<f64> {
     let place = |k: usize, number: usize| (number as f64 + 0.5 - 0.5 * counts[k] as f64) * pitch_mm;
     let mut distances = vec![far_mm; counts[0] * counts[1]];
     for axis in axes {
@@ -148,16 +173,6 @@ fn distances_mm(
     distances
 }
 
-/// The radius at a distance, on straight lines between rows.
-fn between(rows: &[List<f64, 2>], distance: f64) -> f64 {
-    let next = rows.partition_point(|List([at, _])| *at <= distance);
-    match (next.checked_sub(1).map(|last| rows[last].0), rows.get(next).map(|row| row.0)) {
-        (Some([d0, r0]), Some([d1, r1])) => r0 + (r1 - r0) * (distance - d0) / (d1 - d0),
-        (Some([_, radius]), None) | (None, Some([_, radius])) => radius,
-        (None, None) => 0.0,
-    }
-}
-
 /// Shares of the area by a picture over a surface of these lengths.
 fn picture(path: &Path, size_mm: [f64; 2], at: &Context) -> Result<Pattern, ConfigError> {
     let read = LevelImage::read(path);
@@ -165,7 +180,7 @@ fn picture(path: &Path, size_mm: [f64; 2], at: &Context) -> Result<Pattern, Conf
         read.map_err(|error| at.of_files(&error.context(format!("{}picture_file", at.prefix))))?;
     let cell = [size_mm[0] / image.columns as f64, size_mm[1] / image.rows as f64];
     let shares = image.levels.iter().map(|level| *level as f32).collect();
-    let pattern = Pattern::new([0.0; 2], cell, image.columns, Marks::Shares(shares));
+    let pattern = Pattern::new(cell, image.columns, Marks::Shares(shares));
     pattern.map_err(|error| at.of_files(&error.into()))
 }
 
@@ -205,22 +220,45 @@ medium = { index = 1.6 }
         let dots = "on = \"mirror\"\nreflected = 0.9\n\
                     dots = { pitch_mm = 1.0, radius_mm = [[1.0, 0.5], [2.0, 0.1]] }\n";
         let design = parsed(dots).expect("valid");
-        let rows = [List([1.0, 0.5]), List([2.0, 0.1])];
+        let rows = [[1.0, 0.5], [2.0, 0.1]];
         // 8 by 4 cells about packages at x = -2 and 2: in the lowest row from the left.
-        let distances = distances_mm([8, 4], 1.0, (&design.array.axes_mm(), &rows));
+        let distances = distances_mm([8, 4], 1.0, (&axes_mm(&design), 2.0));
         let exact = [2.0, 1.5_f64.hypot(0.5), 1.5_f64.hypot(0.5), 2.0];
         for (distance, exact) in distances[..4].iter().zip(exact) {
             assert!((distance - exact).abs() < 1e-12, "{distances:?}");
         }
         let near = 0.5_f64.hypot(0.5);
         assert!((distances[8 + 1] - near).abs() < 1e-12, "{distances:?}");
-        let radii = [near, 1.5_f64.hypot(0.5), 2.0, 7.0].map(|distance| between(&rows, distance));
+        let radii = [near, 1.5_f64.hypot(0.5), 2.0, 7.0].map(|distance| linear(&rows, distance));
         assert_eq!(
             [radii[0], radii[2], radii[3]].map(f64::to_bits),
             [0.5, 0.1, 0.1].map(f64::to_bits)
         );
         assert!((radii[1] - (0.5 - 0.4 * (2.5_f64.sqrt() - 1.0))).abs() < 1e-12, "{radii:?}");
         assert!(design.prints[0].pattern.is_mirrored());
+    }
+
+    /// In a cell that repeats, dots on both sides of a border see the packages beyond it.
+    #[test]
+    fn radii_follow_packages_of_the_next_cell() {
+        let cell = "on = \"mirror\"\nreflected = 0.9\n\
+                    dots = { pitch_mm = 1.0, radius_mm = [[1.0, 0.5], [3.0, 0.1]] }\n\
+                    [housing]\nkind = \"periodic\"\ninner_size_mm = [12.0, 4.0]\nheight_mm = 9.0\n";
+        let design = parsed(cell).expect("valid");
+        // 2 mm from the next axis at x = -2; the cell's left border is 4 mm away from it.
+        let distances = distances_mm([12, 4], 1.0, (&axes_mm(&design), 9.0));
+        let by_cell = |x: f64| {
+            let axes = [-14.0, -10.0, -2.0, 2.0, 10.0, 14.0];
+            axes.into_iter().map(|axis| (x - axis).hypot(0.5)).fold(f64::INFINITY, f64::min)
+        };
+        for (column, distance) in distances[12..24].iter().enumerate() {
+            let exact = by_cell(column as f64 - 5.5);
+            assert!((distance - exact).abs() < 1e-12, "{column}: {distance} {exact}");
+        }
+        let said = parsed(&cell.replace("pitch_mm = 1.0", "pitch_mm = 0.7")).expect_err("a seam");
+        assert!(said.to_string().contains("prints[1].dots.pitch_mm"), "{said}");
+        let alone = cell.replace("on = \"mirror\"", "on = \"plate.bottom\"");
+        assert!(parsed(&alone).is_ok());
     }
 
     #[test]

@@ -28,18 +28,21 @@ pub struct Films {
     pub dome: Coats,
     /// Layers on the mirror, from the light towards the metal, and the metal.
     pub mirror: Coats,
-    /// The same of the top and of the sides of the LED.
-    pub led: [Coats; 2],
+    /// The same of the top of the LED.
+    pub led_top: Coats,
+    /// The same of its sides.
+    pub led_sides: Coats,
     pub(crate) stated: Arc<FilmStacks>,
 }
 
 impl Serialize for Films {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self { dome, mirror: Coats { layers, substrate }, led, stated: _ } = self;
+        let Self { dome, mirror: Coats { layers, substrate }, led_top, led_sides, stated: _ } =
+            self;
         let mut films = json!({"dome": dome.layers, "mirror": layers, "substrate": substrate});
         // Other designs have the fields of those that cannot say otherwise.
-        if led.iter().any(|coats| *coats != Coats::default()) {
-            films["led"] = json!(led);
+        if [led_top, led_sides].into_iter().any(|coats| *coats != Coats::default()) {
+            films["led"] = json!([led_top, led_sides]);
         }
         films.serialize(serializer)
     }
@@ -50,8 +53,10 @@ impl Serialize for Films {
 pub(crate) struct FilmStacks {
     pub(crate) dome: Stack,
     pub(crate) mirror: Stack,
-    /// On the top and on the sides of the LED.
-    pub(crate) led: [Stack; 2],
+    /// On the top of the LED.
+    pub(crate) led_top: Stack,
+    /// On its sides, where they are not as the top.
+    pub(crate) led_sides: Option<Stack>,
 }
 
 /// Layers, and the metal under them if there is one, whatever the wavelength.
@@ -159,9 +164,12 @@ impl Films {
     ) -> Result<Self, ConfigError> {
         let mirror = stated.mirror.at(wavelength_nm, at)?;
         let dome = stated.dome.at(wavelength_nm, at)?;
-        let [top, sides] = &stated.led;
-        let led = [top.at(wavelength_nm, at)?, sides.at(wavelength_nm, at)?];
-        Ok(Self { dome, mirror, led, stated: Arc::clone(stated) })
+        let led_top = stated.led_top.at(wavelength_nm, at)?;
+        let led_sides = match &stated.led_sides {
+            Some(sides) => sides.at(wavelength_nm, at)?,
+            None => led_top.clone(),
+        };
+        Ok(Self { dome, mirror, led_top, led_sides, stated: Arc::clone(stated) })
     }
 }
 

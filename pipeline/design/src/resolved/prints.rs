@@ -22,7 +22,7 @@ pub struct CheckedPrint {
     pub coverage: f64,
     /// Places of the ink.
     #[serde(skip)]
-    pub(crate) pattern: Pattern,
+    pub(crate) pattern: Arc<Pattern>,
 }
 
 impl CheckedPrint {
@@ -32,7 +32,7 @@ impl CheckedPrint {
     }
 
     fn on(&self, base: SurfaceModel, ink: SurfaceModel) -> SurfaceModel {
-        let pattern = self.pattern.clone();
+        let pattern = Arc::clone(&self.pattern);
         SurfaceModel::Printed(Arc::new(Printed { base, ink, pattern }))
     }
 }

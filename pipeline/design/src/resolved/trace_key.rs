@@ -338,6 +338,8 @@ fn files_fields(files: &Files) -> Value {
 mod tests {
     use std::path::Path;
 
+    use super::super::prints::CheckedPrint;
+    use super::super::reflector::Reflector;
     use super::*;
 
     #[test]
@@ -352,7 +354,7 @@ mod tests {
         let base = of(|_| {}, all);
         let tolerance: Change = |d| d.hybrid.tolerance = 1e-3;
         let wavelength: Change = |d| d.wavelength_nm = 551.0;
-        let traced: [Change; 14] = [
+        let traced: [Change; 16] = [
             |d| d.led.height_mm = 0.3,
             |d| d.elements.rounding.tip_mm = 1e-3,
             |d| d.elements.rounding.valley_mm = 1e-3,
@@ -367,6 +369,8 @@ mod tests {
             wavelength,
             |d| d.silicone.absorption_per_mm = 1e-3,
             |d| d.silicone = milky("g = 0.5"),
+            |d| d.led.sides = Some(Reflector::Absorbing),
+            |d| (d.prints, d.provenance.named) = (printed(), Vec::new()),
         ];
         for change in traced {
             let changed = of(change, all);
@@ -388,6 +392,14 @@ mod tests {
         let more = format!("index = 1.41\nscattering_per_mm = 1.0\n{keys}");
         let text = text.replacen("index = 1.41", &more, 1);
         crate::parse("d2.toml", &text, Path::new("")).expect("valid").silicone
+    }
+
+    /// Ink on the mirror of D2.
+    fn printed() -> Vec<CheckedPrint> {
+        let text = crate::EMBEDDED.iter().find(|(name, _)| *name == "d2.toml").expect("D2").1;
+        let ink = "[[prints]]\non = \"mirror\"\nreflected = 0.5\n\
+                   dots = { pitch_mm = 1.0, radius_mm = [[0.0, 0.3]] }\n";
+        crate::parse("d2.toml", &format!("{text}\n{ink}"), Path::new("")).expect("valid").prints
     }
 
     /// What a medium does at another wavelength counts too.

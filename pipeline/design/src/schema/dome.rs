@@ -87,8 +87,8 @@ pub struct MeshDome {
     pub mesh: String,
     /// Unit of the lengths in it.
     pub mesh_unit: MeshUnit,
-    /// Edges whose faces turn by at most this are smooth: light turns by normals between those of the
-    /// corners; 0 to 90 degrees. Default flat faces.
+    /// Smooth normals: at a corner the mean of those faces about it that turn by at most this from the
+    /// face met, linear between corners; 0 to 90 degrees. Default flat faces.
     pub smooth_deg: Option<f64>,
 }
 

@@ -13,7 +13,7 @@ pub struct Layer {
     /// Refractive index n or [n, k], n above 0, k from 0; this or `material_file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<Index>,
-    /// Material file, as of `[silicone]`.
+    /// Material file, as of `[silicone]`; a catalogue of one glass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material_file: Option<String>,
     /// Thickness, nm; 0.001 to 1e9.
@@ -27,7 +27,7 @@ pub struct Substrate {
     /// Refractive index n or [n, k], n above 0, k from 0; this or `material_file`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub index: Option<Index>,
-    /// Material file, as of `[silicone]`.
+    /// Material file, as of `[silicone]`; a catalogue of one glass.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub material_file: Option<String>,
 }

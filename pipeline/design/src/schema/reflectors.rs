@@ -43,8 +43,8 @@ pub struct Metal {
     /// Power reflected per incident power, at every angle, 0 to 1. With `substrate` the share kept
     /// of what the metal reflects.
     pub reflectance: f64,
-    /// Metal, a table of `index` or `material_file`, whose reflectance follows at every angle. Not
-    /// with `[files.mirror]`.
+    /// Metal, a table of `index` or `material_file`, whose reflectance follows at every angle. Of
+    /// `[mirror]` not with `[files.mirror]`.
     pub substrate: Option<Substrate>,
     /// Thin layers on the metal, from the light towards it; needs `substrate`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -124,7 +124,8 @@ pub struct LedKeys {
     pub height_mm: f64,
     /// Upright faces of the box: `kind` and the keys of `[mirror]` but `extent`. Default as its top.
     pub sides: Option<LedSides>,
-    /// Radiant flux of one package, W; 1e-12 to 1e9. Without a flux all packages together emit 1 W.
+    /// Radiant flux of one package, W, the mean where `array.positions_file` states powers; 1e-12 to
+    /// 1e9. Without a flux all packages together emit 1 W.
     pub power_w: Option<f64>,
     /// Luminous flux of one package, lm, in place of `power_w`; 1e-12 to 1e9. Weighting is then
     /// photometric by default; 360 to 830 nm.

@@ -119,8 +119,7 @@ pub struct SourceOfFile {
     /// all packages stand in it. Default silicone where there is a dome, else air.
     pub inside: Option<String>,
     /// File, relative to the design file; axis and azimuths are those of the package unless it is
-    /// turned. Of a table two or three columns in place of the lists: angle, intensity, `across`;
-    /// form as of `dome.meridian_file`.
+    /// turned. Of a table two or three columns in place of the lists: angle, intensity, `across`.
     pub file: String,
     /// Rotation about x, then y, then z of the package, about `position_mm`, degrees; each -360 to
     /// 360. Default [0, 0, 0].

@@ -361,6 +361,9 @@ impl Variable {
             }
             (Range::Between { .. }, Some(value)) => number_at(table, key)
                 .with_context(|| format!("{key}: expected a number in the design, got {value}")),
+            (Range::Between { .. }, None) if number_at(table, key).is_some() => {
+                bail!("{key}: expected a list of formulas in the design, got one for all entries")
+            }
             (Range::Between { .. }, None) => {
                 bail!("{key}: expected `start`, as the design does not state the key")
             }

@@ -7,7 +7,7 @@ use anyhow::{Result, bail, ensure};
 use serde::Serialize;
 
 use design::dotted_keys::{
-    Settings, contains, number, numbered, removed_entries, settings_by_number,
+    Settings, contains, entries_left_out, number, numbered, removed_entries, settings_by_number,
 };
 
 use super::file::{Factor, FactorArrangement, Level, StudyFile};
@@ -62,10 +62,14 @@ impl Setup {
         };
         let (mut all, levels) = (merged(&self.settings[..1]), merged(&self.settings[1..]));
         let within = |entry: &str, key: &str| contains(entry, key) && entry != key;
-        let gone: Vec<String> = removed_entries(&levels).collect();
-        all.retain(|key, _| !gone.iter().any(|entry| within(entry, key)));
+        let gone = |settings: &Settings| -> Result<Vec<String>> {
+            let left_out = entries_left_out(&source.table, settings)?;
+            Ok(removed_entries(settings).chain(left_out).collect())
+        };
+        let taken = gone(&levels)?;
+        all.retain(|key, _| !taken.iter().any(|entry| within(entry, key)));
         all.extend(levels);
-        for entry in removed_entries(&all) {
+        for entry in gone(&all)? {
             if let Some(key) = all.keys().find(|key| within(&entry, key)) {
                 bail!("{key}: expected a key of an entry that is there, got {entry} taken away");
             }
@@ -136,15 +140,15 @@ fn levels(factor: &Factor) -> Result<FactorLevels> {
 
 /// Refuses a grid whose factors set the same key: the later would win silently.
 fn check_keys(factors: &[FactorLevels], sources: &[DesignFile]) -> Result<()> {
-    let keys = |factor: &FactorLevels| -> BTreeSet<String> {
-        let levels = factor.levels.iter();
-        let sets = levels.flat_map(|(_, level)| level.set_of.values().chain([&level.set]));
-        let keys = sets.flat_map(Settings::keys);
-        keys.flat_map(|key| sources.iter().map(move |s| numbered(&s.table, key))).collect()
+    let keys = |factor: &FactorLevels, source: &DesignFile| -> BTreeSet<String> {
+        let levels = factor.levels.iter().map(|(_, level)| level);
+        let sets = levels.flat_map(|level| [Some(&level.set), level.set_of.get(&source.name)]);
+        sets.flatten().flat_map(Settings::keys).map(|key| numbered(&source.table, key)).collect()
     };
     for (number, factor) in factors.iter().enumerate() {
-        for other in &factors[..number] {
-            if let Some(key) = keys(factor).intersection(&keys(other)).next() {
+        let others = factors[..number].iter();
+        for (other, source) in others.flat_map(|other| sources.iter().map(move |s| (other, s))) {
+            if let Some(key) = keys(factor, source).intersection(&keys(other, source)).next() {
                 bail!(
                     "factors: expected keys of their own in a grid, got {key} in {:?} and in {:?}",
                     other.name,

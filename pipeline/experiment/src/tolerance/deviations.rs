@@ -216,6 +216,9 @@ impl Deviations {
                             .with_context(|| {
                                 format!("{key}: expected a number in the design, got {value}")
                             })?,
+                        None if formulas::number_at(&source.table, key).is_some() => bail!(
+                            "{key}: expected a list of formulas in the design, got one for all entries"
+                        ),
                         None => nominal.with_context(|| {
                             format!("{key}: expected `nominal`, as the design does not state it")
                         })?,

@@ -13,12 +13,14 @@ use crate::text::FormatError;
 
 /// First words: two of unknown meaning, the lengths of comment and description.
 const BEGINNING: [u32; 4] = [3, 1, 0, 0];
+/// Most numbers of a file: a quarter of a gigabyte of text.
+const MAX_NUMBERS: u64 = 16_000_000;
 /// Bytes of which one tells reflected intensities; the others are 0 in the known file.
 const REFLECTED: [u8; 3] = [0, 1, 0];
 
 /// The text of a file whose binary content begins at byte `begin`, under this heading.
 pub(super) fn as_text(heading: &str, bytes: &[u8], begin: usize) -> Result<String, FormatError> {
-    let mut from = Cursor { bytes, at: begin };
+    let mut from = Cursor { bytes, at: begin, left: MAX_NUMBERS };
     let words = [from.word()?, from.word()?, from.word()?, from.word()?];
     let [x, y, z] = [from.real()?, from.real()?, from.real()?];
     let flags: [u8; 3] = from.take()?;
@@ -73,14 +75,18 @@ pub(super) fn as_text(heading: &str, bytes: &[u8], begin: usize) -> Result<Strin
 
 /// Appends a line of numbers.
 fn push(text: &mut String, numbers: &[f64]) {
-    let words: Vec<String> = numbers.iter().map(ToString::to_string).collect();
-    let _ = writeln!(text, "{}", words.join(" "));
+    for number in numbers {
+        let _ = write!(text, "{number} ");
+    }
+    text.push('\n');
 }
 
 /// A place in a file.
 struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
+    /// Numbers that the file may still hold.
+    left: u64,
 }
 
 impl Cursor<'_> {
@@ -113,6 +119,10 @@ impl Cursor<'_> {
     /// So many numbers.
     fn list(&mut self, count: u64) -> Result<Vec<f64>, FormatError> {
         let begin = self.at as u64;
+        self.left = self.left.checked_sub(count).ok_or_else(|| {
+            let expected = format!("at most {MAX_NUMBERS} numbers in all lists");
+            FormatError::offset(begin, expected, count.to_string())
+        })?;
         let (whole, first) = (u64::from_le_bytes(self.take()?), self.word()?);
         let packed = self.word()? as usize;
         let block = self.bytes[self.at..].get(..packed);
@@ -233,6 +243,7 @@ mod tests {
         refused(3, 2, 1, "save it as text, got a binary Speos BSDF of another kind");
         refused(7, 16, 1, "expected 0, no description of the spectrum, got 1");
         refused(6, 4, 9, "expected 1 numbers in one block of LZ4, got 9 bytes");
+        refused(6, 1, 0xff, "numbers");
         refused(6, 58, 0xc0, "at line 12 of the file as text");
         let whole = binary.concat();
         for end in [50, 120, 200, whole.len() - 30] {

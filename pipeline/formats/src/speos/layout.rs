@@ -79,8 +79,8 @@ pub struct SpeosBsdf {
 /// Reads the bytes of a file.
 ///
 /// # Errors
-/// If it is not of this layout, or of binary content that is not known; several kinds of line end; NaN, infinite or
-/// negative values; angles out of order; a power above 1.
+/// If it is not of this layout, or of binary content that is not known; several kinds of line end;
+/// NaN, infinite or negative values; angles out of order; a power above 1.
 pub fn read(bytes: &[u8]) -> Result<SpeosBsdf, FormatError> {
     let mut lines = bytes.split(|b| matches!(b, b'\r' | b'\n'));
     let heading = String::from_utf8_lossy(lines.next().unwrap_or_default()).into_owned();
@@ -96,7 +96,8 @@ pub fn read(bytes: &[u8]) -> Result<SpeosBsdf, FormatError> {
     // Binary content follows the mode without a line end.
     let begins_binary = mode.starts_with(b"1") && mode.get(1).is_some_and(u8::is_ascii_control);
     if begins_binary && kind == 0 {
-        let begin = bytes.iter().position(|b| *b == b'\n').map_or(bytes.len(), |end| end + 2);
+        // The mode is a part of the bytes.
+        let begin = mode.as_ptr() as usize - bytes.as_ptr() as usize + 1;
         let text = binary::as_text(&heading, bytes, begin)?;
         return read(text.as_bytes()).map_err(|FormatError { at, expected, got }| {
             FormatError::offset(

@@ -94,7 +94,8 @@ class Design:
     def with_values(self, values: Mapping[str, Any]) -> Design:
         """A copy with some keys set, such as ``{"led.reflectance": 0.6}``.
 
-        Entries of lists stand in brackets from 1, as in studies: ``{"solids[1].radius_mm": 0.5}``.
+        Entries of lists stand in brackets from 1: ``{"solids[1].radius_mm": 0.5}``. Names of entries,
+        which studies take, are not known here.
 
         Raises
         ------

@@ -206,7 +206,7 @@ class Figure:
         second = self._operand(other)
         if second is None:
             return NotImplemented  # type: ignore[no-any-return]
-        ends = [one.interval or (one.value,) for one in (self, second)]
+        ends = [(one.value,) if one.is_resolved else one._ends for one in (self, second)]
         answers = {order(a, b) for a in ends[0] for b in ends[1]}
         if len(answers) > 1:
             _checks.refuse("comparison", "figures whose order is resolved", f"{self} and {second}")

@@ -392,7 +392,8 @@ def _levels(key: str, value: Levels, texts: dict[str, str]) -> str:
     if outside.size:
         place = tuple(outside[0])
         _checks.refuse(key, "levels from 0 to 1", f"{levels[place]} at {_checks.entry(*place)}")
-    name = f"{key}.csv"
+    # No path of a file: texts come before files.
+    name = f"{key} of the call.csv"
     texts[name] = "\n".join(",".join(map(repr, row)) for row in levels.tolist())
     return name
 

@@ -13,8 +13,8 @@ use glam::{DVec3, Vec3};
 use super::Mesh;
 
 impl Mesh {
-    /// The same mesh with smooth normals across edges whose faces turn by `max_deg` degrees at most
-    /// and belong to one patch; other edges stay sharp.
+    /// The same mesh with smooth normals: at a corner of a face those faces of its patch count that turn
+    /// by `max_deg` degrees at most from it; sharper edges stay sharp.
     #[must_use]
     pub fn smoothed(mut self, max_deg: f64) -> Self {
         let min_cos = max_deg.to_radians().cos() - 1e-12;
