@@ -2,8 +2,8 @@
 //! Refractive index n + ik of a material against vacuum wavelength in micrometres.
 //!
 //! In: a constant, a dispersion [`Formula`] with its coefficients, a table, or the text of a data
-//! file of refractiveindex.info or of a glass catalogue. Out: [`RefractiveIndex`] at a wavelength. Nothing is
-//! extrapolated: a wavelength outside the data's range is an error. Tables are interpolated
+//! file of refractiveindex.info or of a glass catalogue. Out: [`RefractiveIndex`] at a wavelength.
+//! Nothing is extrapolated: a wavelength outside the data's range is an error. Tables are interpolated
 //! linearly in the wavelength, n and k apart; k ≥ 0 absorbs. Data format and formulas:
 //! [Polyanskiy 2024, Scientific Data 11, 94].
 //!

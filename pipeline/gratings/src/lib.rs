@@ -3,7 +3,8 @@
 //! of a ring.
 //!
 //! In: a grating case or the unit cell of a ring. Out: efficiencies of all orders with their error, fields, and
-//! the sweep over orders and slices. What the commands `grating`, `converge` and `near-field` print comes from
+//! the sweep over orders and slices; of one
+//! surface between two media by boundary integrals too. What the commands `grating`, `converge` and `near-field` print comes from
 //! here, and the Python package calls it.
 //!
 //! | module | holds |

@@ -37,6 +37,7 @@ def test_what_lies_between_two_ends_is_compared_where_both_agree() -> None:
     calls: list[tuple[Callable[[], object], str]] = [
         (lambda: BETWEEN < 0.5, "comparison"),
         (lambda: BETWEEN > BETWEEN, "comparison"),
+        (lambda: DARK < 1e-5, "comparison"),
         (lambda: BETWEEN < F, "unit"),
         (lambda: peak > 1.0, "operand"),
         (lambda: abs(peak), "operand"),

@@ -182,8 +182,10 @@ pub(super) fn rows(
             };
             let text = bounded_text(&path, MAX_ROWS)
                 .map_err(|error| refuse(format!("cannot read `{}`: {error}", path.display())))?;
-            let columns = columns::read(&text, 2..=2)
-                .map_err(|why| refuse(format!("`{}`: {why}", path.display())))?;
+            let columns = columns::read(&text, 2..=2).map_err(|why| {
+                let what = "columns of wavelength in nm and power";
+                refuse(format!("`{}`: {what}: {why}", path.display()))
+            })?;
             Ok(columns.try_into().unwrap_or_default())
         }
         _ => Err(at.value(table, "other keys", "either `wavelength_nm` and `power`, or `file`")),

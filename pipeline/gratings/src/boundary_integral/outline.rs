@@ -2,9 +2,9 @@
 //! The surface between two media over one period: straight sides and arcs between corners, or a
 //! smooth curve.
 //!
-//! In: corners with the turns of their arcs, Fourier coefficients, or a [`Relief`] (`trace.rs`). Out: a curve that goes on to
-//! the next period, with the top medium on that side of it on which z is smaller where the curve
-//! runs along +x. It may overhang; it must not touch itself (`contact.rs`).
+//! In: corners with the turns of their arcs, Fourier coefficients, or a [`Relief`] (`trace.rs`). Out:
+//! a curve that goes on to the next period, with the top medium on that side of it on which z is
+//! smaller where the curve runs along +x. It may overhang; it must not touch itself (`contact.rs`).
 
 use super::error::{IntegralError, outline, positive};
 use super::sides::{direction, following, length};

@@ -44,7 +44,7 @@ class Material:
     value : complex, optional
         The index at every wavelength.
     yaml : str, optional
-        Text of a material file of refractiveindex.info.
+        Text of a file of refractiveindex.info, or of a catalogue of one glass.
 
     Examples
     --------
