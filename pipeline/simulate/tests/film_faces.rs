@@ -323,7 +323,7 @@ fn tips_in_glue_let_light_straight_through() {
         let gap = if tips_um > 0.0 { 0.0 } else { 0.01 };
         let open = "kind = \"filter\", transmittance = 1.0, reflectance = 0.0";
         format!(
-            "{BEAM}{}[[films]]\nname = \"glue\"\ngap_mm = {gap:?}\nthickness_mm = 0.02\n\
+            "{BEAM}{}[[films]]\nname = \"glue\"\ngap_mm = {gap:?}\nthickness_mm = 0.03\n\
              size_mm = [500.0, 500.0]\nmedium = {{ index = 1.5 }}\ntop = {{ {open} }}\n",
             film(&format!("top = {{ kind = \"prisms\", pitch_um = 50.0{tips} }}"))
         )

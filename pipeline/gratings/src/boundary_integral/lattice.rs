@@ -21,6 +21,8 @@ use num_complex::Complex64;
 const DIGITS: f64 = 36.0;
 /// Most nodes on the contour; more are needed only at a cut-off.
 pub(super) const MOST: usize = 6000;
+/// Periods below this, times k0, need more nodes than that: no contour is tried.
+const SHORTEST: f64 = 1e-3;
 /// What one more image costs, in nodes of the contour.
 const COST_OF_IMAGE: f64 = 40.0;
 
@@ -65,6 +67,9 @@ impl Far {
     /// `None` if an order is so near its cut-off that the contour would need more than [`MOST`]
     /// nodes.
     pub(super) fn new(n: Complex64, alpha: f64, poles: &[Complex64], place: Place) -> Option<Self> {
+        if place.period < SHORTEST {
+            return None;
+        }
         let width = place.high[0] - place.low[0];
         let least = (width / place.period - 1e-9).ceil() as i32 + 1;
         if n.im * place.gap(least) > DIGITS {
