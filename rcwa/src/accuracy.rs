@@ -33,7 +33,11 @@ pub const MIN_TOLERANCE: f64 = 1e-8;
 /// Largest tolerance accepted.
 pub const MAX_TOLERANCE: f64 = 0.1;
 
-fn check_tolerance(got: f64) -> Result<(), Error> {
+/// Refuses a tolerance that no search takes.
+///
+/// # Errors
+/// One below [`MIN_TOLERANCE`] or above [`MAX_TOLERANCE`].
+pub fn check_tolerance(got: f64) -> Result<(), Error> {
     let (smallest, largest) = (MIN_TOLERANCE, MAX_TOLERANCE);
     if (smallest..=largest).contains(&got) {
         Ok(())

@@ -8,7 +8,9 @@ use gratings::methods::{choose, directions_by_integrals, missed};
 use num_complex::Complex64;
 use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
-use rcwa::accuracy::{NOTHING_KNOWN, converge_hemisphere, first_resolution, unsettled};
+use rcwa::accuracy::{
+    NOTHING_KNOWN, check_tolerance, converge_hemisphere, first_resolution, unsettled,
+};
 use rcwa::field::{Grid, field};
 use rcwa::hemisphere::{Directions, Resolution, hemisphere};
 use rcwa::lines::{Direction, DirectionOrders, LinesRequest, SolvedDirections, ToleranceRequest};
@@ -266,6 +268,7 @@ impl Interface {
             );
             let mut warning = None;
             let (at, known_error) = if let Some(tolerance) = tolerance {
+                check_tolerance(tolerance)?;
                 let watch = &job.watch();
                 let integrals = || {
                     let incident = (side, (!jones).then_some(directions.as_slice())?);

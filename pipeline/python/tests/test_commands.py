@@ -91,9 +91,13 @@ def test_zones_of_files_and_arrays_are_those_of_the_binary(
     command = [binary, "zones", "design.toml", "--pattern", "pattern.csv", "--direct", "--seed", "3"]
     subprocess.run([*command, "--quiet", "--out", "out"], check=True, cwd=tmp_path)
     theirs = json.loads((tmp_path / "out/zones.json").read_text())
-    assert theirs == dimmed.raw
+    hashes = [[one["sha256"] for one in raw["inputs"]] for raw in (theirs, dimmed.raw)]
+    assert hashes[0] == hashes[1]
+    # Pictures name their inputs, which the call has without a file.
+    own = {key: value for key, value in dimmed.raw.items() if key not in ("inputs", "files")}
+    assert {key: theirs[key] for key in own} == own
     dimmed.save(tmp_path / "saved")
-    for name in ("zones.csv", "panel.npy", "zones.json"):
+    for name in ("zones.csv", "panel.npy"):
         assert (tmp_path / "out" / name).read_bytes() == (tmp_path / "saved" / name).read_bytes()
     dimmed.verify()
     again = simulate.zones(

@@ -104,8 +104,8 @@ class Solution:
         The part of it in s.
     jones_reflected, jones_transmitted : ndarray, shape (..., order, 2, 2), or None
         Electric amplitudes (s, p) out by (s, p) in.
-    method : {'orders', 'boundary integral', 'both'}
-        How it was solved; `both` of several wavelengths.
+    method : str
+        How it was solved: `orders`, `boundary integral`, or `both` of several wavelengths.
     orders, slices : int
         Highest order kept and slices of the relief; of several wavelengths the largest; 0 by boundary
         integrals.

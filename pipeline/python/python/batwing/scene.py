@@ -53,6 +53,7 @@ _NAMES = {
     "solids.surface": "Reflector",
     "sources.rectangle": "Lambertian",
     "sources.file": "RayFile",
+    "sources.table": "TableSource",
     "receivers.far_field": "FarFieldReceiver",
     "receivers.surface": "SurfaceFlux",
     "files.bands": "BandFile",
