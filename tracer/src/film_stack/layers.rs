@@ -151,7 +151,7 @@ impl LayerWalk<'_, '_, '_> {
         let falls = direction.z < 0.0;
         let (mut face, space) = if falls { (faces - 1, faces) } else { (0, 0) };
         let mut ray = Traveller {
-            at: DVec3::ZERO,
+            at: DVec3::new(0.0, 0.0, self.layers[0].faces[face].z),
             direction,
             space,
             weight: 1.0,
