@@ -313,7 +313,7 @@ impl FilmStack {
         let ends = match self.borders {
             [StackBorder::Mirror, StackBorder::Mirror] => "mirrored by the walls",
             [StackBorder::Periodic, StackBorder::Periodic] => "without ends",
-            _ => "film by film near their ends",
+            _ => "film by film at their ends",
         };
         format!(
             "by a table of the whole stack ({symmetry}, {ends}); trace.films = \"traced\" traces film by film"

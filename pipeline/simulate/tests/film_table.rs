@@ -137,10 +137,9 @@ fn parsed_over(board: &str, walls: &str, parts: &[&str]) -> Design {
     // Keys of the top come before tables.
     let (keys, tables): (Vec<&str>, Vec<&str>) =
         parts.iter().partition(|part| !part.trim_start().starts_with('['));
-    let share = if walls == "periodic" { "" } else { ", reflectance = 1.0" };
-    // Near white walls light is traced film by film.
-    let size_mm = if walls == "lambertian" { 40.0 } else { 12.0 };
-    let walls = format!("kind = {walls:?}{share}, inner_size_mm = [{size_mm:?}, {size_mm:?}]");
+    let share =
+        if walls == "periodic" || walls == "absorbing" { "" } else { ", reflectance = 1.0" };
+    let walls = format!("kind = {walls:?}{share}, inner_size_mm = [12.0, 12.0]");
     let lit = BOX.replace("BOARD", board).replace("WALLS", &walls);
     let text =
         lit.replacen("[[receivers]]", &(keys.concat() + "[[receivers]]"), 1) + &tables.concat();
@@ -207,13 +206,23 @@ const BAND: std::ops::Range<f64> = 0.55..1.65;
 const MOST: f64 = 4.5;
 
 #[test]
-#[ignore = "slow: ten stacks over 40 seeds, by table and film by film (300 s)"]
+#[ignore = "slow: twelve stacks over 40 seeds, by table and film by film (300 s)"]
 fn tables_of_stacks_see_what_is_traced_film_by_film() {
     let prisms_on_top = |degrees: f64| prisms("", degrees);
     let white = "[[films]]\nname = \"white\"\nz_mm = 4.0\nthickness_mm = 1.0\nmedium = { index = 1.49 }\n\
                  top = { kind = \"lambertian\", transmitted = 0.85, reflected = 0.15 }\n";
     for (name, design, paths) in vec![
         ("plate between walls", parsed("lambertian", &[LINE, PLATE]), 12_800),
+        (
+            "conversion in a laminate between walls",
+            parsed("lambertian", &[BLUE, PLATE, LAMINATE, DOTS]),
+            3_200,
+        ),
+        (
+            "carried between walls",
+            parsed("lambertian", &[CARRIED, PLATE, &prisms_on_top(10.0), SHEETS]),
+            3_200,
+        ),
         ("plate between mirrors", parsed("specular", &[LINE, PLATE]), 12_800),
         ("conversion", parsed("specular", &[BLUE, PLATE, DOTS]), 12_800),
         ("turned prisms", parsed("periodic", &[LINE, PLATE, &prisms_on_top(10.0)]), 12_800),

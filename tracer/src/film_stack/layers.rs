@@ -6,8 +6,9 @@
 //! in contact. Face k lies between space k and space k + 1.
 
 use bsdf::Side;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
+use super::cells::Turn;
 use super::part::{Course, Exit, FilmOutcome};
 use crate::ledger::Loss;
 use crate::optics::fresnel::refract;
@@ -64,15 +65,45 @@ pub(super) struct Layers<'a> {
 
 /// Light between two faces.
 #[derive(Clone, Copy)]
-struct Traveller {
-    at: DVec3,
-    direction: DVec3,
-    space: usize,
-    weight: f64,
+pub(super) struct Traveller {
+    pub at: DVec3,
+    pub direction: DVec3,
+    pub space: usize,
+    pub weight: f64,
     scatterings: u32,
-    wavelength: u16,
-    history: PathHistory,
+    pub wavelength: u16,
+    pub history: PathHistory,
     reach2: f64,
+}
+
+impl Traveller {
+    /// Reckons with a place to which the light has come.
+    fn reach(&mut self, at: DVec3) {
+        self.reach2 = self.reach2.max(at.truncate().length_squared());
+    }
+}
+
+/// A rectangle about the origin that ends films, seen from where light meets the stack.
+#[derive(Clone, Copy)]
+pub(super) struct Ends<'t> {
+    /// Where the light meets the stack.
+    pub from: DVec2,
+    /// From the frame of the light to that of the rectangle.
+    pub turn: &'t Turn,
+    /// Half the lengths, mm; infinite where nothing ends.
+    pub half_mm: DVec2,
+}
+
+impl Ends<'_> {
+    /// Distance at which light comes to the end.
+    fn ahead(&self, at: DVec3, direction: DVec3) -> f64 {
+        let at = self.from + self.turn.apply(at).truncate();
+        let direction = self.turn.apply(direction).truncate();
+        let ends = self.half_mm * direction.signum();
+        let distances =
+            DVec2::select(direction.cmpeq(DVec2::ZERO), DVec2::INFINITY, (ends - at) / direction);
+        distances.min_element().max(0.0)
+    }
 }
 
 impl<'a> Layers<'a> {
@@ -119,6 +150,14 @@ impl<'a> Layers<'a> {
         is_smooth.then(|| (number, refract(direction, *normal, outer, inner)))
     }
 
+    /// Heights between which light in a space lies, mm, and the film that the space is, the lowest 0.
+    pub fn space(&self, number: usize) -> ([f64; 2], Option<u8>) {
+        let is_film = |space: &&Space<'_>| space.gap.is_none();
+        let below = self.spaces[1..=number].iter().filter(is_film).count();
+        let film = is_film(&&self.spaces[number]).then(|| below as u8 - 1);
+        ([number - 1, number].map(|face| self.faces[face].z), film)
+    }
+
     /// Number of films but one: of gaps, with those that contact closes.
     pub fn gaps(&self) -> usize {
         self.films - 1
@@ -134,11 +173,15 @@ pub(super) struct LayerWalk<'s, 't, 'a> {
     pub passed: &'s mut [Vec<[f64; 2]>],
     /// Wavelengths that light has had, each once.
     pub had: Vec<u16>,
+    /// What ends the films.
+    pub ends: Option<Ends<'s>>,
+    /// Light that has come there.
+    pub ended: Option<Traveller>,
 }
 
 impl LayerWalk<'_, '_, '_> {
-    /// Follows a ray of weight 1 that meets the stack at x = y = 0 until it leaves or ends; returns how
-    /// far from there it has been, mm, too. A ray that `enters` is not reflected where it comes from
+    /// Follows a ray of weight 1 that meets an outer face at x = y = 0 until it leaves, ends or comes to what
+    /// ends the films. A ray that `enters` is not reflected where it comes from
     /// outside to a smooth face.
     pub fn follow<L: Light>(
         &mut self,
@@ -146,7 +189,7 @@ impl LayerWalk<'_, '_, '_> {
         wavelength: u16,
         light: &mut L,
         rng: &mut PathStream,
-    ) -> (FilmOutcome, f64) {
+    ) -> FilmOutcome {
         let faces = self.layers[0].faces.len();
         let falls = direction.z < 0.0;
         let (mut face, space) = if falls { (faces - 1, faces) } else { (0, 0) };
@@ -193,7 +236,8 @@ impl LayerWalk<'_, '_, '_> {
         let weight = if is_out { ray.weight } else { 0.0 };
         let mut outcome = FilmOutcome::new(&exit, weight, ray.wavelength, course);
         (outcome.bounces, outcome.line) = (ray.history.bounces, ray.history.line);
-        (outcome, ray.reach2.max(place.length_squared()).sqrt())
+        outcome.reach = ray.reach2.sqrt() as f32;
+        outcome
     }
 
     /// Takes light from outside across an outer face, if that is smooth.
@@ -272,29 +316,37 @@ impl LayerWalk<'_, '_, '_> {
                 tally.lose(Loss::Leak, ray.weight);
                 return None;
             }
+            let to_end = self.ends.map_or(f64::INFINITY, |ends| ends.ahead(ray.at, ray.direction));
+            let (length, is_end) = (length.min(to_end), to_end < length);
+            let way = Ray { origin: ray.at, direction: ray.direction };
             if let Some(collisions) = &medium.collisions {
-                let flight = Ray { origin: ray.at, direction: ray.direction };
                 let power = (&mut ray.weight, &mut ray.scatterings);
-                let turned =
-                    match tracer.fly(medium, collisions, (&flight, length), power, rng, tally) {
-                        Flight::Free => None,
-                        Flight::Absorbed(_) | Flight::Lost => return None,
-                        Flight::Scattered(turned) => Some(turned),
-                        Flight::Converted(turned, wavelength) => {
-                            ray.wavelength = wavelength;
-                            if !self.had.contains(&wavelength) {
-                                self.had.push(wavelength);
-                            }
-                            Some(turned)
+                let turned = match tracer.fly(medium, collisions, (&way, length), power, rng, tally)
+                {
+                    Flight::Free => None,
+                    Flight::Lost => return None,
+                    Flight::Absorbed(length) => {
+                        ray.reach(way.at(length));
+                        return None;
+                    }
+                    Flight::Scattered(turned) => Some(turned),
+                    Flight::Converted(turned, wavelength) => {
+                        ray.wavelength = wavelength;
+                        if !self.had.contains(&wavelength) {
+                            self.had.push(wavelength);
                         }
-                    };
+                        Some(turned)
+                    }
+                };
                 if let Some(Ray { origin, direction }) = turned {
                     light.depolarise();
                     (ray.at, ray.direction) = (origin, direction);
-                    ray.reach2 = ray.reach2.max(origin.truncate().length_squared());
+                    ray.reach(origin);
                     continue;
                 }
             }
+            // Before chance may end the light: a ray to an end has come to it whatever lies beyond.
+            ray.reach(way.at(length));
             if medium.absorption > 0.0 {
                 let transmittance = (-medium.absorption * length).exp();
                 tracer.transmit(medium.line, transmittance, &mut ray.weight, rng, tally);
@@ -302,12 +354,16 @@ impl LayerWalk<'_, '_, '_> {
                     return None;
                 }
             }
-            if let Some(gap) = gap {
+            // Planes are read below films: light that falls has passed before it comes to an end.
+            if let Some(gap) = gap.filter(|_| !(is_end && rises)) {
                 self.passed[number][gap][usize::from(!rises)] += ray.weight;
             }
-            ray.at += ray.direction * length;
+            ray.at = way.at(length);
+            if is_end {
+                self.ended = Some(*ray);
+                return None;
+            }
             ray.at.z = layers.faces[face].z;
-            ray.reach2 = ray.reach2.max(ray.at.truncate().length_squared());
             return Some(face);
         }
     }

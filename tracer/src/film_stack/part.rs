@@ -36,6 +36,8 @@ pub(super) struct FilmOutcome {
     place: Vec2,
     /// Sine of the polar angle with which it came.
     sin: f32,
+    /// How far from where it met the stack it has been, mm.
+    pub reach: f32,
     /// Surfaces met.
     pub bounces: u32,
     /// Line of the last one in the ledger of the films.
@@ -61,6 +63,7 @@ impl FilmOutcome {
             direction: exit.direction.as_vec3(),
             place: exit.place.as_vec2(),
             sin: exit.sin as f32,
+            reach: 0.0,
             bounces: 0,
             line: 0,
             wavelength,
@@ -97,7 +100,7 @@ impl Way {
     pub const ALL: [Self; 3] = [Self::Back, Self::Beyond, Self::Seen];
 }
 
-/// Outcomes of a cell that leave in one way.
+/// Outcomes of a band that leave in one way.
 #[derive(Debug, Clone, Default)]
 struct Share {
     /// Their numbers.
@@ -106,6 +109,31 @@ struct Share {
     weight: f64,
     /// The largest one.
     most: f64,
+}
+
+/// Outcomes of a cell that have been about equally far.
+#[derive(Debug, Clone, Default)]
+struct Band {
+    /// Their numbers.
+    members: Vec<u32>,
+    shares: [Share; 3],
+}
+
+/// The farthest that outcomes of the first band have been, mm; of each other one, twice that of the one
+/// before.
+const FIRST_BAND_MM: f64 = 0.25;
+/// Bands, at most; outcomes of the last one have been anywhere.
+const BANDS: usize = 14;
+
+/// The band of outcomes that have been as far.
+fn band(reach_mm: f64) -> usize {
+    let limits = (0..BANDS - 1).map(|k| FIRST_BAND_MM * f64::from(1 << k));
+    limits.take_while(|limit| *limit < reach_mm).count()
+}
+
+/// The number of the first bands, of which no outcome has been farther.
+fn bands_within(room_mm: f64) -> usize {
+    if room_mm == f64::INFINITY { BANDS } else { band(room_mm.next_up()) }
 }
 
 /// Outcomes of a cell of incidence.
@@ -117,9 +145,10 @@ struct Cell {
     taken: u32,
     /// Those of them that have been offered one by one.
     turn: u32,
-    shares: [Share; 3],
-    /// Weight of rays that each outcome taken has stood for, alone and as the last of those that
-    /// stood for rays together.
+    /// Up to the farthest one.
+    bands: Vec<Band>,
+    /// Weight of rays that each outcome taken has stood for, alone and as the last of those of its band
+    /// that stood for rays together.
     used: Vec<[f64; 2]>,
     outcomes: Vec<FilmOutcome>,
     /// Polarisation of each, where light carries it.
@@ -134,6 +163,8 @@ pub(super) struct Part {
     entries: Vec<Entry>,
     /// Outcomes that the run takes, of all cells.
     taken: u32,
+    /// True where it counts how far outcomes have been.
+    has_bands: bool,
     has_grown: bool,
 }
 
@@ -149,15 +180,21 @@ const PLENTY: u32 = 1 << 16;
 /// Outcomes of a cell, at most.
 pub(super) const MOST: u64 = 1 << 20;
 /// Bytes of an outcome without entries, with and without light.
-const BYTES: [usize; 2] = [47 + 48, 47];
+const BYTES: [usize; 2] = [51 + 48, 51];
 
 impl Cell {
     /// See [`Part::take`].
-    fn take(&mut self, falls: bool, seen_sin2: f64) {
+    fn take(&mut self, falls: bool, seen_sin2: f64, has_bands: bool) {
         let number = self.taken;
         let outcome = &self.outcomes[number as usize];
         self.taken += 1;
         self.used.push([0.0; 2]);
+        let band = if has_bands { band(f64::from(outcome.reach)) } else { 0 };
+        if self.bands.len() <= band {
+            self.bands.resize_with(band + 1, Band::default);
+        }
+        let band = &mut self.bands[band];
+        band.members.push(number);
         if outcome.course == Course::Ended {
             return;
         }
@@ -169,17 +206,28 @@ impl Cell {
         } else {
             Way::Beyond
         };
-        let share = &mut self.shares[way as usize];
+        let share = &mut band.shares[way as usize];
         share.members.push(number);
         share.weight += outcome.weight;
         share.most = share.most.max(outcome.weight);
     }
 }
 
+/// The first bands, of which no outcome has been farther than `room_mm`, and the others.
+fn parted(bands: &[Band], room_mm: f64) -> (&[Band], &[Band]) {
+    bands.split_at(bands_within(room_mm).min(bands.len()))
+}
+
+/// Number of outcomes of bands.
+fn count(bands: &[Band]) -> usize {
+    bands.iter().map(|band| band.members.len()).sum()
+}
+
 impl Part {
-    /// Without outcomes, of so many cells.
-    pub fn new(cells: usize) -> Self {
-        Self { cells: vec![None; cells], entries: Vec::new(), taken: 0, has_grown: false }
+    /// Without outcomes, of so many cells; with bands where light may not go as far as outcomes do.
+    pub fn new(cells: usize, has_bands: bool) -> Self {
+        let cells = vec![None; cells];
+        Self { cells, entries: Vec::new(), taken: 0, has_bands, has_grown: false }
     }
 
     fn cell(&mut self, cell: usize) -> &mut Cell {
@@ -210,7 +258,8 @@ impl Part {
     #[inline]
     pub fn take(&mut self, cell: usize, falls: bool, seen_sin2: f64) {
         self.taken += 1;
-        self.cell(cell).take(falls, seen_sin2);
+        let has_bands = self.has_bands;
+        self.cell(cell).take(falls, seen_sin2, has_bands);
     }
 
     /// Puts the next outcome into a cell.
@@ -229,49 +278,91 @@ impl Part {
         self.has_grown = true;
     }
 
-    /// One outcome of a cell, with its number, which stands for a ray of this weight.
+    /// One outcome of a cell, with its number.
     #[inline]
-    pub fn one(&mut self, cell: usize, weight: f64) -> (usize, FilmOutcome) {
+    pub fn one(&mut self, cell: usize) -> (usize, FilmOutcome) {
         let cell = self.cell(cell);
         // The next one, so that a path that comes back does not meet its own again.
         let number = (cell.turn % cell.taken) as usize;
         cell.turn = cell.turn.wrapping_add(1);
-        cell.used[number][0] += weight;
         (number, cell.outcomes[number])
     }
 
-    /// Has all outcomes of a cell together stand for a ray of this weight.
+    /// Has an outcome stand for a ray of this weight.
     #[inline]
-    pub fn all(&mut self, cell: usize, weight: f64) {
+    pub fn use_one(&mut self, cell: usize, number: usize, weight: f64) {
+        self.cell(cell).used[number][0] += weight;
+    }
+
+    /// One of the outcomes of a cell that may have been farther than `room_mm`, as often as they are
+    /// among all.
+    #[inline]
+    pub fn one_beyond(
+        &mut self,
+        cell: usize,
+        room_mm: f64,
+        rng: &mut impl Rng,
+    ) -> Option<(usize, FilmOutcome)> {
         let cell = self.cell(cell);
-        let each = weight / f64::from(cell.taken);
-        if let Some([_, last]) = cell.used.last_mut() {
-            *last += each;
+        let (_, beyond) = parted(&cell.bands, room_mm);
+        let far = count(beyond);
+        (far > 0).then_some(())?;
+        let mut turn = (random::unit(rng) * f64::from(cell.taken)) as usize;
+        (turn < far).then_some(())?;
+        let band = beyond.iter().find(|band| {
+            let is_of_band = turn < band.members.len();
+            turn -= if is_of_band { 0 } else { band.members.len() };
+            is_of_band
+        })?;
+        let number = band.members[turn] as usize;
+        Some((number, cell.outcomes[number]))
+    }
+
+    /// Has all outcomes of a cell that have not been farther than `room_mm` stand for a ray of this weight
+    /// together.
+    #[inline]
+    pub fn all_within(&mut self, cell: usize, room_mm: f64, weight: f64) {
+        let Cell { bands, used, .. } = self.cell(cell);
+        let within = parted(bands, room_mm).0;
+        let each = weight / count(within) as f64;
+        for last in within.iter().filter_map(|band| band.members.last()) {
+            used[*last as usize][1] += each;
         }
     }
 
-    /// An outcome of those that leave in one way, with its number and the weight of all of them per
-    /// weight that met the cell; `None` where there are none.
+    /// An outcome of those that leave in one way and have not been farther than `room_mm`, with its
+    /// number and the weight of all of them per weight that stands for all so near; `None` where there
+    /// are none.
     #[inline]
     pub fn one_of(
         &mut self,
         cell: usize,
         way: Way,
+        room_mm: f64,
         rng: &mut impl Rng,
     ) -> Option<(usize, FilmOutcome, f64)> {
         let cell = self.cell(cell);
-        let share = &cell.shares[way as usize];
-        let weight = share.weight / f64::from(cell.taken);
-        (share.weight > 0.0).then_some(())?;
+        let (within, _) = parted(&cell.bands, room_mm);
+        let shares = || within.iter().map(|band| &band.shares[way as usize]);
+        let sum: f64 = shares().map(|share| share.weight).sum();
+        (sum > 0.0).then_some(())?;
+        let mut pick = if within.len() > 1 { random::unit(rng) * sum } else { 0.0 };
+        let share = shares().filter(|share| share.weight > 0.0).reduce(|chosen, next| {
+            if pick < chosen.weight {
+                return chosen;
+            }
+            pick -= chosen.weight;
+            next
+        })?;
         loop {
             // By chance, not in turn: the first ones are no better than others.
-            let count = share.members.len();
-            let turn = (random::unit(rng) * count as f64) as usize;
-            let number = share.members[turn.min(count - 1)] as usize;
+            let members = share.members.len();
+            let turn = (random::unit(rng) * members as f64) as usize;
+            let number = share.members[turn.min(members - 1)] as usize;
             let outcome = cell.outcomes[number];
             // By its weight.
             if outcome.weight >= share.most || random::unit(rng) * share.most < outcome.weight {
-                return Some((number, outcome, weight));
+                return Some((number, outcome, sum / count(within) as f64));
             }
         }
     }
@@ -289,12 +380,17 @@ impl Part {
     /// Shows entries with the weight that they stood for.
     pub fn book(&self, mut see: impl FnMut(&Entry, f64)) {
         for cell in self.cells.iter().flatten() {
-            let mut together = 0.0;
-            for ([alone, last], outcome) in cell.used.iter().zip(&cell.outcomes).rev() {
-                together += last;
-                let weight = alone + together;
-                if weight > 0.0 {
-                    self.entries(outcome).iter().for_each(|entry| see(entry, weight));
+            for band in &cell.bands {
+                let mut together = 0.0;
+                for number in band.members.iter().rev().map(|number| *number as usize) {
+                    let [alone, last] = cell.used[number];
+                    together += last;
+                    let weight = alone + together;
+                    if weight > 0.0 {
+                        for entry in self.entries(&cell.outcomes[number]) {
+                            see(entry, weight);
+                        }
+                    }
                 }
             }
         }
@@ -321,7 +417,8 @@ impl Part {
                 bytes.extend(outcome.line.to_le_bytes());
                 bytes.extend(outcome.weight.to_le_bytes());
                 let shape = outcome.direction.to_array().into_iter();
-                let shape = shape.chain(outcome.place.to_array()).chain([outcome.sin]);
+                let shape =
+                    shape.chain(outcome.place.to_array()).chain([outcome.sin, outcome.reach]);
                 bytes.extend(shape.flat_map(f32::to_le_bytes));
                 if let Some(Stokes { q, u, v, s }) = cell.light.get(turn) {
                     let reals = [*q, *u, *v].into_iter().chain(s.to_array());
@@ -339,8 +436,12 @@ impl Part {
 
     /// What [`Self::grown_bytes`] made, of as many cells and of accounts below `accounts`; `None` of
     /// other bytes.
-    pub fn from_bytes(bytes: &[u8], cells: usize, accounts: u32) -> Option<Self> {
-        let mut part = Self::new(cells);
+    pub fn from_bytes(
+        bytes: &[u8],
+        (cells, has_bands): (usize, bool),
+        accounts: u32,
+    ) -> Option<Self> {
+        let mut part = Self::new(cells, has_bands);
         let mut rest = bytes;
         let mut take = |count: usize| {
             let (head, tail) = rest.split_at_checked(count)?;
@@ -397,9 +498,10 @@ fn outcome(bytes: &[u8]) -> Option<(FilmOutcome, Option<Stokes>)> {
         direction: Vec3::new(single(0)?, single(1)?, single(2)?),
         place: Vec2::new(single(3)?, single(4)?),
         sin: single(5)?,
+        reach: single(6)?,
         entries: [0; 2],
     };
-    let mut reals = bytes[43..].chunks_exact(8).map(double);
+    let mut reals = bytes[47..].chunks_exact(8).map(double);
     let mut real = || reals.next().flatten();
     let light = real().map(|q| {
         let [u, v, x, y, z] = std::array::from_fn(|_| real().unwrap_or_default());
@@ -422,7 +524,7 @@ mod tests {
     /// New outcomes come in order, and known ones are taken about equally often.
     #[test]
     fn visits_take_new_outcomes_in_order() {
-        let mut part = Part::new(1);
+        let mut part = Part::new(1, false);
         let mut uses: Vec<u32> = Vec::new();
         for _ in 0..64 * ENOUGH {
             if part.visit(0) {
@@ -431,7 +533,7 @@ mod tests {
                 part.take(0, false, 0.0);
                 uses.push(0);
             }
-            uses[part.one(0, 1.0).0] += 1;
+            uses[part.one(0).0] += 1;
         }
         assert_eq!(uses.len(), PLENTY as usize);
         let most = uses.iter().copied().max().expect("some");
@@ -443,21 +545,22 @@ mod tests {
     #[test]
     fn shares_hold_all_light_of_a_cell() {
         let mut rng = random::stream(7, 0);
-        let mut part = Part::new(3);
+        let mut part = Part::new(3, false);
         // Back, seen, beyond twice, ended; each books what it does not send on.
         let drawn = [(-0.5, 0.9), (0.99, 0.25), (0.5, 0.1), (0.3, 0.3), (0.5, 0.0)];
         for (z, weight) in drawn {
             part.put(1, outcome(z, weight), None, &[(4, 1.0 - weight)]);
             part.take(1, false, 0.5);
-            part.all(1, 2.0);
+            part.all_within(1, f64::INFINITY, 2.0);
         }
-        part.one(1, 3.0);
-        let shares = Way::ALL.map(|way| part.one_of(1, way, &mut rng).expect("some").2);
+        part.use_one(1, 0, 3.0);
+        let shares =
+            Way::ALL.map(|way| part.one_of(1, way, f64::INFINITY, &mut rng).expect("some").2);
         for (share, expected) in shares.into_iter().zip([0.18, 0.08, 0.05]) {
             assert!((share - expected).abs() < 1e-12, "{share}");
         }
         let heavy = (0..4000).filter(|_| {
-            let (number, ..) = part.one_of(1, Way::Beyond, &mut rng).expect("two");
+            let (number, ..) = part.one_of(1, Way::Beyond, f64::INFINITY, &mut rng).expect("two");
             number == 3
         });
         let heavy = heavy.count() as f64;
@@ -474,9 +577,57 @@ mod tests {
         assert!((booked - expected).abs() < 1e-12, "{booked}, {expected}");
     }
 
+    /// Near an edge light is what stays so near together, or one outcome that goes farther, as often as
+    /// there are such; what the light stood for is booked once.
+    #[test]
+    fn light_near_an_edge_parts_outcomes_by_how_far_they_have_been() {
+        let mut rng = random::stream(3, 0);
+        let mut part = Part::new(1, true);
+        for (reach, weight) in [(0.1, 0.8), (0.4, 0.4), (3.0, 1.0), (0.1, 0.0), (40.0, 0.5)] {
+            let mut drawn = outcome(0.5, weight);
+            drawn.reach = reach;
+            part.put(0, drawn, None, &[(0, 1.0)]);
+            part.take(0, false, 0.0);
+        }
+        let mut is_share = |room: f64, expected: Option<f64>| {
+            let share = part.one_of(0, Way::Beyond, room, &mut rng).map(|found| found.2);
+            let off = share.unwrap_or_default() - expected.unwrap_or_default();
+            share.is_some() == expected.is_some() && off.abs() < 1e-12
+        };
+        assert!(is_share(0.2, None) && is_share(0.3, Some(0.8 / 2.0)));
+        // Bands end at 0.5, at 2 and at 4 mm.
+        assert!(is_share(1.0, Some(1.2 / 3.0)) && is_share(3.5, Some(1.2 / 3.0)));
+        assert!(is_share(4.0, Some(2.2 / 4.0)) && is_share(f64::INFINITY, Some(2.7 / 5.0)));
+        let mut beyond = [0; 5];
+        for _ in 0..5000 {
+            if let Some((number, _)) = part.one_beyond(0, 0.3, &mut rng) {
+                beyond[number] += 1;
+            }
+        }
+        for (number, count) in beyond.into_iter().enumerate() {
+            let expected = if [1, 2, 4].contains(&number) { 1000.0 } else { 0.0 };
+            let off = (f64::from(count) - expected).abs();
+            assert!(off < 4.5 * 29.0 && (count == 0) == (expected == 0.0), "{beyond:?}");
+        }
+        let mut near = [0; 5];
+        for _ in 0..3000 {
+            let found = part.one_of(0, Way::Beyond, 1.0, &mut rng);
+            near[found.expect("two").0] += 1;
+        }
+        assert!(
+            (f64::from(near[0]) - 2000.0).abs() < 4.5 * 26.0 && near[0] + near[1] == 3000,
+            "{near:?}"
+        );
+        part.all_within(0, 1.0, 6.0);
+        part.use_one(0, 4, 0.5);
+        let mut booked = 0.0;
+        part.book(|(_, power), weight| booked += power * weight);
+        assert!((booked - 6.5).abs() < 1e-12, "{booked}");
+    }
+
     #[test]
     fn parts_are_read_as_they_were_written() {
-        let mut part = Part::new(5);
+        let mut part = Part::new(5, false);
         for k in 0..7u8 {
             let real = f64::from(k);
             let exit = Exit { direction: DVec3::Z, place: DVec2::splat(real), sin: 0.5 };
@@ -485,12 +636,12 @@ mod tests {
             part.put(usize::from(k % 3), outcome, Some(light), &[(3, real), (9, 0.25)]);
         }
         let bytes = part.grown_bytes().expect("new ones");
-        let mut read = Part::from_bytes(&bytes, 5, 10).expect("as written");
+        let mut read = Part::from_bytes(&bytes, (5, false), 10).expect("as written");
         assert!(read.grown_bytes().is_none());
         read.has_grown = true;
         assert_eq!(read.grown_bytes().expect("all of it"), bytes);
-        assert!(Part::from_bytes(&bytes, 2, 10).is_none());
-        assert!(Part::from_bytes(&bytes, 5, 9).is_none());
-        assert!(Part::from_bytes(&bytes[..bytes.len() - 1], 5, 10).is_none());
+        assert!(Part::from_bytes(&bytes, (2, false), 10).is_none());
+        assert!(Part::from_bytes(&bytes, (5, false), 9).is_none());
+        assert!(Part::from_bytes(&bytes[..bytes.len() - 1], (5, false), 10).is_none());
     }
 }

@@ -88,12 +88,14 @@ impl StackSurface {
             tallies: &mut tallies,
             passed: &mut passed,
             had: Vec::new(),
+            ends: None,
+            ended: None,
         };
         for number in 0..count {
             let mut rng = streams.path(number);
             let direction = begin(&mut rng);
             let ray = (direction, false);
-            let (outcome, _) = walk.follow(ray, 0, &mut L::default(), &mut rng);
+            let outcome = walk.follow(ray, 0, &mut L::default(), &mut rng);
             show(direction, &outcome);
         }
         let [tally] = tallies;

@@ -4,25 +4,21 @@
 use glam::{DVec2, DVec3};
 
 use super::cells::{Cells, Turn};
-use super::layers::{LayerWalk, Layers, SAME};
+use super::layers::{Ends, LayerWalk, Layers, SAME, Traveller};
 use super::part::{Course, Entry, Exit, FilmOutcome, MOST, Part, Way};
 use super::{Passage, StackBorder, TabulatedFilms};
 use crate::error::{Error, check};
 use crate::ledger::Ledger;
-use crate::optics::polarisation::{Light, Polarisation, Stokes, Unpolarised};
+use crate::optics::polarisation::{Light, Stokes};
 use crate::path::{PathState, Tracer};
 use crate::random::{self, PathStream, Streams};
 use crate::ray::Ray;
 use crate::receiver::{PathHistory, Sense, Tally};
-use crate::scene::{FilmFaces, Scene};
+use crate::scene::{FilmFaces, Location, Scene};
 use crate::settings::Settings;
 
-/// Rays by which it is found how far light travels in a stack.
-const PROBES: u64 = 1024;
-/// Share of them that travels farther than is reckoned with.
-const BEYOND: f64 = 1e-3;
-/// Group of the probes, which no group of paths has.
-const PROBING: u64 = u64::MAX;
+/// Distance of the ends of films from which light is traced film by film, mm.
+const TO_END_MM: f64 = 1e-3;
 /// Weight below which chance ends light between films: what strong absorbers leave counts.
 const ROULETTE_BELOW: f64 = 0.01;
 /// Weight from which a path goes on in all ways in which outcomes leave.
@@ -38,6 +34,9 @@ pub(crate) struct BoundStack<'a> {
     tracers: Vec<Tracer<'a>>,
     layers: Vec<Layers<'a>>,
     faces: Vec<FilmFaces>,
+    /// Half the lengths of the rectangle in which light goes through the films as if they had no ends,
+    /// mm; infinite where they have none.
+    half_mm: DVec2,
     /// Accounts of the films: powers of their ledger, then passages of the gaps in both ways.
     accounts: usize,
     /// The line of a surface of the films in the ledger of the run.
@@ -78,28 +77,29 @@ impl<'a> BoundStack<'a> {
             of_run.map_or(PathHistory::NO_LINE, |line| line as u32)
         });
         let accounts = Ledger::new(own).powers().count() + 2 * layers[0].gaps();
-        let mut bound = Self {
+        let within = [0, 1].map(|axis| match table.borders[axis] {
+            StackBorder::Edge => table.half_mm[axis] - TO_END_MM,
+            StackBorder::Mirror | StackBorder::Periodic => table.half_mm[axis],
+        });
+        let ends = [0, 1].map(|axis| match table.borders[axis] {
+            StackBorder::Edge => within[axis],
+            StackBorder::Mirror | StackBorder::Periodic => f64::INFINITY,
+        });
+        let surfaces = table.scenes[0].bodies[0].surfaces.len();
+        let faces =
+            scenes.iter().map(|scene| FilmFaces::new(scene, table.ends_mm(), surfaces, within));
+        Ok(Self {
             films,
             cells: Cells::new(table.symmetry),
             tracers,
             layers,
-            faces: Vec::new(),
+            faces: faces.collect::<Result<_, _>>()?,
+            half_mm: ends.into(),
             accounts,
             lines: lines.collect(),
             seed: settings.seed ^ SALT,
             offset: scenes[0].offset(),
-        };
-        let reach =
-            if table.borders.contains(&StackBorder::Edge) { bound.reach(settings) } else { 0.0 };
-        let within = [0, 1].map(|axis| match table.borders[axis] {
-            StackBorder::Edge => table.half_mm[axis] - reach,
-            StackBorder::Mirror | StackBorder::Periodic => table.half_mm[axis],
-        });
-        let faces = scenes.iter().map(|scene| {
-            FilmFaces::new(scene, table.ends_mm(), table.scenes[0].bodies[0].surfaces.len(), within)
-        });
-        bound.faces = faces.collect::<Result<_, _>>()?;
-        Ok(bound)
+        })
     }
 
     /// Number of cells of all wavelengths, sides and states of polarisation.
@@ -107,21 +107,9 @@ impl<'a> BoundStack<'a> {
         self.tracers.len() * SIDES_AND_STATES * self.cells.count()
     }
 
-    /// Distance, mm, from where it meets the stack that light hardly ever passes on its way through
-    /// it.
-    fn reach(&self, settings: &Settings) -> f64 {
-        let mut walker = StackWalker::new(self, PROBING);
-        let mut reaches: Vec<f64> = (0..PROBES)
-            .map(|number| {
-                let slot = (number * self.slots() as u64 / PROBES) as usize;
-                match settings.polarisation {
-                    Polarisation::Unpolarised => walker.draw::<Unpolarised>(slot, number).2,
-                    Polarisation::Carried => walker.draw::<Stokes>(slot, number).2,
-                }
-            })
-            .collect();
-        reaches.sort_by(f64::total_cmp);
-        reaches[((1.0 - BEYOND) * PROBES as f64) as usize]
+    /// Distance of a ray that meets the stack from where the films end, mm.
+    fn room(&self, ray: &Ray) -> f64 {
+        (self.half_mm - ray.origin.truncate().abs()).min_element()
     }
 }
 
@@ -134,6 +122,8 @@ pub(crate) struct StackWalker<'w, 'a> {
     group: u64,
     part: Part,
     booked: Vec<Entry>,
+    /// What light has left on its way to ends of the films, in the accounts of all wavelengths.
+    left: Vec<f64>,
     /// Of the films alone, at each wavelength.
     tallies: Vec<Tally<'w>>,
     /// Light that passed each gap upwards and downwards, at each wavelength.
@@ -146,13 +136,15 @@ impl<'w, 'a> StackWalker<'w, 'a> {
     pub fn new(stack: &'w BoundStack<'a>, group: u64) -> Self {
         let slots = stack.slots();
         let accounts = (stack.accounts * stack.tracers.len()) as u32;
-        let parts = stack.films.parts.filter(|_| group != PROBING);
-        let kept = parts.and_then(|parts| Part::from_bytes(&parts.find(group)?, slots, accounts));
+        let shape = (slots, stack.half_mm.is_finite_mask().any());
+        let parts = stack.films.parts;
+        let kept = parts.and_then(|parts| Part::from_bytes(&parts.find(group)?, shape, accounts));
         Self {
             stack,
             group,
-            part: kept.unwrap_or_else(|| Part::new(slots)),
+            part: kept.unwrap_or_else(|| Part::new(shape.0, shape.1)),
             booked: Vec::new(),
+            left: vec![0.0; accounts as usize],
             tallies: stack.tracers.iter().map(|tracer| Tally::new(&tracer.receivers)).collect(),
             passed: vec![vec![[0.0; 2]; stack.layers[0].gaps()]; stack.layers.len()],
             streams: Streams::new(&mut random::stream(stack.seed, group)),
@@ -191,21 +183,27 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         let slot = self.slot(path.wavelength, falls, is_p, cell);
         if self.part.visit(slot) {
             if let Some(number) = self.part.lacks(slot) {
-                let (outcome, light, _) = self.draw::<L>(slot, u64::from(number));
+                let (outcome, light, _) = self.draw::<L>(slot, u64::from(number), None);
                 self.part.put(slot, outcome, L::CARRIED.then_some(light), &self.booked);
             }
             self.part.take(slot, falls, stack.films.table.seen_sin2);
         }
-        if path.weight < SPLIT_FROM {
-            let (number, outcome) = self.part.one(slot, path.weight);
-            let weight = path.weight * outcome.weight;
-            return self.send(path, light, (slot, number), &outcome, (weight, &turn));
+        let room = stack.room(&path.ray);
+        let one = if path.weight < SPLIT_FROM {
+            Some(self.part.one(slot))
+        } else {
+            self.part.one_beyond(slot, room, rng)
+        };
+        if let Some((number, outcome)) = one {
+            return self.send_one(path, light, (slot, number), (&outcome, room), &turn);
         }
-        self.part.all(slot, path.weight);
+        self.part.all_within(slot, room, path.weight);
         let (arrived, arrived_light) = (*path, *light);
         let mut goes_back = false;
         for way in Way::ALL {
-            let Some((number, outcome, share)) = self.part.one_of(slot, way, rng) else { continue };
+            let Some((number, outcome, share)) = self.part.one_of(slot, way, room, rng) else {
+                continue;
+            };
             let weight = arrived.weight * share;
             if way == Way::Back {
                 goes_back = self.send(path, light, (slot, number), &outcome, (weight, &turn));
@@ -239,6 +237,36 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         true
     }
 
+    /// Sends a path on as an outcome says that stands for all of it; false if it ends. An outcome that has
+    /// been where the films end here is drawn again up to there, and traced film by film from there.
+    fn send_one<L: Light>(
+        &mut self,
+        path: &mut PathState,
+        light: &mut L,
+        (slot, number): (usize, usize),
+        (outcome, room): (&FilmOutcome, f64),
+        turn: &Turn,
+    ) -> bool {
+        let weight = path.weight;
+        if f64::from(outcome.reach) > room {
+            let ends = Ends { from: path.ray.origin.truncate(), turn, half_mm: self.stack.half_mm };
+            let (_, of_light, ended) = self.draw::<L>(slot, number as u64, Some(ends));
+            if let Some(traveller) = ended {
+                for (account, power) in &self.booked {
+                    self.left[*account as usize] += power * weight;
+                }
+                self.stack.put_into_films(path, &traveller, turn);
+                if L::CARRIED {
+                    let Stokes { q, u, v, s } = turned(of_light, turn);
+                    light.become_light([q, u, v], s);
+                }
+                return true;
+            }
+        }
+        self.part.use_one(slot, number, weight);
+        self.send(path, light, (slot, number), outcome, (weight * outcome.weight, turn))
+    }
+
     /// Sends a path on as an outcome says, with this weight; false if it ends.
     fn send<L: Light>(
         &mut self,
@@ -251,8 +279,7 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         let stack = self.stack;
         path.weight = weight;
         path.wavelength = outcome.wavelength;
-        path.history.bounces = path.history.bounces.saturating_add(outcome.bounces);
-        path.history.line = stack.lines.get(outcome.line as usize).copied().unwrap_or(outcome.line);
+        stack.meet(path, (outcome.bounces, outcome.line));
         if outcome.course == Course::Ended {
             return false;
         }
@@ -268,9 +295,14 @@ impl<'w, 'a> StackWalker<'w, 'a> {
             + cell as usize
     }
 
-    /// Draws outcome `number` of a cell; returns its light and how far from its beginning it has been,
-    /// mm, and leaves what is booked in `booked`.
-    fn draw<L: Light>(&mut self, slot: usize, number: u64) -> (FilmOutcome, Stokes, f64) {
+    /// Draws outcome `number` of a cell, up to where the films end; returns its light and, if it has come
+    /// there, how; leaves what is booked in `booked`.
+    fn draw<L: Light>(
+        &mut self,
+        slot: usize,
+        number: u64,
+        ends: Option<Ends<'_>>,
+    ) -> (FilmOutcome, Stokes, Option<Traveller>) {
         let Self { stack, tallies, passed, streams, .. } = self;
         let cells = stack.cells.count();
         let (kind, cell) = ((slot / cells) % SIDES_AND_STATES, (slot % cells) as u32);
@@ -290,10 +322,12 @@ impl<'w, 'a> StackWalker<'w, 'a> {
             tallies,
             passed,
             had: vec![wavelength],
+            ends,
+            ended: None,
         };
         let entering = (direction, !L::CARRIED);
-        let (outcome, reach) = walk.follow(entering, wavelength, &mut light, &mut rng);
-        let had = walk.had;
+        let outcome = walk.follow(entering, wavelength, &mut light, &mut rng);
+        let LayerWalk { had, ended, .. } = walk;
         self.booked.clear();
         for number in had.into_iter().map(usize::from) {
             let passed = self.passed[number].iter_mut().flatten();
@@ -305,22 +339,19 @@ impl<'w, 'a> StackWalker<'w, 'a> {
                 }
             }
         }
-        (outcome, light.stokes(), reach)
+        (outcome, light.stokes(), ended)
     }
 
     /// Books what all outcomes stood for in the tallies of the run, and has new ones kept.
     pub fn close(self, tallies: &mut [&mut Tally<'_>]) {
-        let Self { stack, group, part, .. } = self;
+        let Self { stack, group, part, left, .. } = self;
         if let Some((parts, bytes)) = stack.films.parts.zip(part.grown_bytes()) {
             parts.keep(group, &bytes);
         }
-        let mut sums = vec![vec![0.0; stack.accounts]; tallies.len()];
-        part.book(|(account, power), used| {
-            let account = *account as usize;
-            sums[account / stack.accounts][account % stack.accounts] += used * power;
-        });
+        let mut sums = left;
+        part.book(|(account, power), used| sums[*account as usize] += used * power);
         let table = stack.films.table;
-        for (tally, sums) in tallies.iter_mut().zip(sums) {
+        for (tally, sums) in tallies.iter_mut().zip(sums.chunks_exact(stack.accounts)) {
             let (powers, passed) = sums.split_at(stack.accounts - 2 * stack.layers[0].gaps());
             let mut ledger = Ledger::new(&table.scenes[0].lines);
             ledger.powers().zip(powers).for_each(|(power, sum)| *power = *sum);
@@ -363,6 +394,29 @@ fn turned(light: Stokes, turn: &Turn) -> Stokes {
 }
 
 impl BoundStack<'_> {
+    /// Puts a path to where light has come to an end of the films, between or in them.
+    fn put_into_films(&self, path: &mut PathState, ended: &Traveller, turn: &Turn) {
+        let wavelength = usize::from(ended.wavelength);
+        let ([low, high], film) = self.layers[wavelength].space(ended.space);
+        let mut at = path.ray.origin + turn.apply(ended.at);
+        // Off the faces, which scenes draw in.
+        let off = self.offset.max(TO_END_MM).min(0.25 * (high - low));
+        at.z = self.films.table.low_mm + ended.at.z.clamp(low + off, high - off);
+        path.ray = Ray { origin: at, direction: turn.apply(ended.direction).normalize() };
+        path.location = film.map_or(Location::World, |film| self.faces[wavelength].inside(film));
+        path.left = None;
+        path.weight *= ended.weight;
+        path.wavelength = ended.wavelength;
+        self.meet(path, (ended.history.bounces, ended.history.line));
+        path.history.at = [at.x, at.y];
+    }
+
+    /// Reckons with surfaces of the films that a path has met, the last one of this line.
+    fn meet(&self, path: &mut PathState, (bounces, line): (u32, u32)) {
+        path.history.bounces = path.history.bounces.saturating_add(bounces);
+        path.history.line = self.lines.get(line as usize).copied().unwrap_or(line);
+    }
+
     /// Puts a path to where light leaves the stack.
     fn place<L: Light>(
         &self,

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The outer faces of a film stack in a scene, where light takes an outcome of the table of the stack.
 
-use super::{CompiledSurface, Scene};
+use super::{CompiledSurface, Location, Scene};
 use crate::error::Error;
 use crate::ray::Ray;
+use crate::surface::Region;
 
 /// Tolerance of heights at which the films of the scene and of the table lie, mm, and as a share of the
 /// size of films: scenes draw their faces in.
@@ -16,19 +17,21 @@ pub(crate) struct FilmFaces {
     films: Option<u32>,
     low: f64,
     high: f64,
+    /// The regions of the films, the lowest first.
+    regions: Vec<Location>,
     /// Half the lengths of the rectangle in which it does, mm.
     within: [f64; 2],
 }
 
 impl FilmFaces {
-    /// Those of `films` films between two heights, mm.
+    /// Those of films between two heights, mm, which make so many surfaces with their contacts.
     ///
     /// # Errors
     /// Films that the scene does not have.
     pub fn new(
         scene: &Scene,
         [low, high]: [f64; 2],
-        films: usize,
+        count: usize,
         within: [f64; 2],
     ) -> Result<Self, Error> {
         let surfaces = scene.array_solids().map_or(&[][..], |body| &body.surfaces);
@@ -44,11 +47,25 @@ impl FilmFaces {
                 got: z,
             })
         };
-        let are_all = surfaces.len() == films;
+        let mut films: Vec<&CompiledSurface> = surfaces
+            .iter()
+            .filter(|one| {
+                let bounds = one.shape.bounds();
+                bounds.low.z > low - LEVEL_MM && bounds.high.z < high + LEVEL_MM
+            })
+            .filter(|one| one.regions[1] == Region::World)
+            .collect();
+        films.sort_by(|a, b| a.shape.bounds().low.z.total_cmp(&b.shape.bounds().low.z));
+        let location = |film: &&CompiledSurface| match (film.regions[0], scene.array_solids) {
+            (Region::Body(medium), Some(instance)) => Location::Inside { instance, medium },
+            _ => Location::World,
+        };
+        let are_all = surfaces.len() == count;
         Ok(Self {
             films: scene.array_solids.filter(|_| are_all),
             low: at(low, |one| one.shape.bounds().low.z)?,
             high: at(high, |one| one.shape.bounds().high.z)?,
+            regions: films.iter().map(location).collect(),
             within,
         })
     }
@@ -68,6 +85,11 @@ impl FilmFaces {
         let distance = (face - z) / dz;
         let at = ray.at(distance);
         (at.x.abs() <= self.within[0] && at.y.abs() <= self.within[1]).then_some(distance)
+    }
+
+    /// The region of a film, the lowest 0.
+    pub fn inside(&self, film: u8) -> Location {
+        self.regions.get(usize::from(film)).copied().unwrap_or(Location::World)
     }
 
     /// The instance of the films, which needs no test before that distance.
