@@ -24,8 +24,9 @@ pub enum StackSymmetry {
 
 /// Rows of sin² θ, an even number.
 const ROWS: u32 = 32;
-/// Columns of azimuth for a quarter of a turn, an even number.
-const COLUMNS: u32 = 8;
+/// Columns of azimuth for a quarter of a turn, an even number. With eight, four times as many cells share
+/// the outcomes: luminance behind a panel had 1.3 times the error.
+const COLUMNS: u32 = 2;
 
 /// The cells of one side of a stack.
 #[derive(Debug, Clone, Copy)]
@@ -160,7 +161,8 @@ mod tests {
                 let near = turn.apply(drawn);
                 assert_eq!(cells.find(near).0, cell, "{symmetry:?}");
                 let apart = (near - ray).truncate().length();
-                assert!(apart < 0.27, "{symmetry:?} {ray} {near}");
+                let most = if symmetry == StackSymmetry::Round { 0.27 } else { 0.8 };
+                assert!(apart < most, "{symmetry:?} {ray} {near}");
                 let wide = cells.widened(cell, &mut rng);
                 assert!((wide as usize) < cells.count());
             }
