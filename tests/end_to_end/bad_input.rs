@@ -11,6 +11,7 @@ use bsdf::Grid;
 use bsdf::native;
 use tempfile::{TempDir, tempdir};
 
+use arrays::npy;
 use batwing_tests::bad_input::{Case, good, json_cases, toml_cases};
 use batwing_tests::tables::smooth;
 use batwing_tests::tilted_box::write_box;
@@ -97,6 +98,15 @@ fn bad_parts_of_the_bare_dome_are_refused() {
     write("flat.csv", b"r,z\n0,1\n1,x\n");
     write("dark.csv", b"500,0\n600,0\n");
     write("bent.csv", b"0,1\n# up\n1 1\n0.5 1\n1 0\n");
+    write("low.csv", b"0,0.9\n1.7,0\n");
+    write("cone.csv", b"0,1\n1.7,0\n");
+    for (name, first) in [("even", "1,1,1,1"), ("ragged", "1,1,1"), ("hole", "1,1,nan,1")] {
+        write(&format!("{name}.csv"), format!("{first}\n{}", "1,1,1,1\n".repeat(3)).as_bytes());
+    }
+    write("few.csv", b"1,1,1\n1,1,1\n1,1,1\n");
+    let mut line = Vec::new();
+    npy::write(&mut line, &[16], &[1.0_f64; 16]).expect("an array");
+    write("line.npy", &line);
     write(
         "glass.yml",
         b"DATA:\n  - type: tabulated nk\n    data: |\n        0.4 1.6 2e-5\n        0.8 1.4 0\n",

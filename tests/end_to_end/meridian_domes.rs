@@ -187,3 +187,56 @@ fn rays_and_drawings_know_the_curve() {
     let expected: f64 = points.windows(2).map(frustum).sum();
     assert!((volume / expected - 1.0).abs() < 1e-3, "{volume} {expected}");
 }
+
+/// An oval dome below a solid under a height map: `check` says how they are traced; meshes and pictures
+/// hold them as other meshes.
+#[test]
+fn surfaces_that_are_not_round_are_said_and_exported() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let run = |arguments: &[&str]| {
+        let output = batwing(at).args(arguments).output().expect("it runs");
+        let text = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{arguments:?}: {text}");
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    let map: String = (0..5).map(|row| format!("0.1,0.2,{}.3,0.2,0.1\n", row % 2)).collect();
+    std::fs::write(at.join("map.csv"), map).expect("written");
+    let oval = "[0, 1], [1.7, 0.053565375285274, 0, -1], [1.7, 0]]\n\
+                meridian_y_mm = [[0, 1], [1.3, 0.2, 0, -0.45625], [1.3, 0]";
+    let solid = "[[solids]]\nname = \"top\"\nkind = \"height_map\"\nsize_mm = [2.0, 1.0]\n\
+                 map_file = \"map.csv\"\nscale_mm = 0.5\nbase_mm = 0.2\n\
+                 position_mm = [0.0, 0.0, 1.5]\nmedium = { index = 1.5 }\n";
+    let text = format!("{}\n{solid}", with_curve(BARE, oval));
+    std::fs::write(at.join("oval.toml"), &text).expect("written");
+    let said = run(&["check", "oval.toml"]);
+    for words in ["oval surface, traced as ", "top: height_map, traced as ", "degrees of it"] {
+        assert!(said.contains(words), "{said}");
+    }
+    run(&["rays", "oval.toml", "--out", "rays", "--count", "50"]);
+    for format in ["stl", "obj", "step"] {
+        let out = format!("oval.{format}");
+        run(&["export", "oval.toml", "--format", format, "--out", &out]);
+    }
+    // Volumes of the smooth surfaces: ellipses over the height, and the mean height of the map.
+    let said = run(&["export", "oval.toml", "--format", "stl", "--out", "o.stl", "--json"]);
+    let said: Value = serde_json::from_str(&said).expect("JSON");
+    let area = |z: f64| {
+        let [x, y] =
+            [(1.0, 0.053_565_375_285_274), (0.456_25, 0.2)].map(|(low, foot): (f64, f64)| {
+                ((1.0 + low).powi(2) - (z.max(foot) + low).powi(2)).sqrt()
+            });
+        std::f64::consts::PI * x * y
+    };
+    let steps = 200_000;
+    let volume: f64 = (0..steps).map(|k| area((f64::from(k) + 0.5) / f64::from(steps))).sum();
+    let found = said["bodies"][0]["volume_mm3"].as_f64().expect("a volume");
+    assert!((found / (volume / f64::from(steps)) - 1.0).abs() < 1e-3, "{found}");
+    // The round dome is another one.
+    let round = with_curve(BARE, "[0, 1], [1.7, 0.053565375285274, 0, -1], [1.7, 0]");
+    std::fs::write(at.join("round.toml"), round).expect("written");
+    assert!(!run(&["check", "round.toml"]).contains("traced as"));
+    let refused = batwing(at).args(["full-wave", "oval.toml"]).output().expect("it runs");
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(!refused.status.success() && said.contains("by two meridians"), "{said}");
+}

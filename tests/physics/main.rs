@@ -6,6 +6,7 @@ mod contrast;
 mod coplanar_sheets;
 mod diffusers;
 mod held_tables;
+mod lenses;
 mod moved_boxes;
 mod optical_contact;
 mod order_tables;

@@ -3,19 +3,30 @@
 //!
 //! A text file has a line for each row of numbers, between commas, semicolons or blanks; lines that
 //! are empty or begin with `#` are skipped. A PNG is grey with 8 or 16 bits, read as linear: the
-//! largest number is 1. The first row of both is the top, of the largest y.
+//! largest number is 1. The first row of both is the top, of the largest y. Height maps are read
+//! alike, of any finite numbers, and as `.npy` too.
 
 use std::io::Cursor;
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 use png::{BitDepth, ColorType, Decoder, Limits};
 
+use arrays::npy;
 use runtime::bounded_text::{MAX_ROWS, bounded_bytes};
+use runtime::content_hash::sha256_hex;
 use runtime::provenance::FileRecord;
+
+/// Numbers that a file may hold, and their name in messages.
+type Numbers = (RangeInclusive<f64>, &'static str);
+const LEVELS: Numbers = (0.0..=1.0, "a number from 0 to 1");
+const FINITE: Numbers = (f64::MIN..=f64::MAX, "a finite number");
 
 /// First bytes of a PNG.
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
+/// First bytes of a `.npy`.
+const NPY: &[u8] = b"\x93NUMPY";
 /// Largest number of levels.
 const MAX_LEVELS: usize = 16_000_000;
 
@@ -39,10 +50,28 @@ impl LevelImage {
         let name = path.display().to_string();
         let read = || -> Result<(Self, FileRecord)> {
             let bytes = bounded_bytes(path, MAX_ROWS)?;
-            let image = if bytes.starts_with(PNG) { from_png(&bytes) } else { from_text(&bytes) };
+            let is_png = bytes.starts_with(PNG);
+            let image = if is_png { from_png(&bytes) } else { from_text(&bytes, &LEVELS) };
             Ok((image?, FileRecord::new(name.clone(), &bytes)))
         };
         read().with_context(|| format!("`{name}`"))
+    }
+
+    /// Reads a map of any finite numbers at `path`, also from `.npy`; the hash of the file beside it.
+    ///
+    /// # Errors
+    /// As [`LevelImage::read`].
+    pub fn read_heights(path: &Path) -> Result<(Self, String)> {
+        let read = || -> Result<(Self, String)> {
+            let bytes = bounded_bytes(path, MAX_ROWS)?;
+            let image = match &bytes {
+                png if png.starts_with(PNG) => from_png(png),
+                array if array.starts_with(NPY) => from_npy(array),
+                text => from_text(text, &FINITE),
+            };
+            Ok((image?, sha256_hex(&bytes)))
+        };
+        read().with_context(|| format!("`{}`", path.display()))
     }
 
     /// The same of a text in place of the file `name`.
@@ -50,7 +79,7 @@ impl LevelImage {
     /// # Errors
     /// As [`LevelImage::read`].
     pub fn of_text(name: &str, text: &str) -> Result<(Self, FileRecord)> {
-        let image = from_text(text.as_bytes()).with_context(|| format!("`{name}`"))?;
+        let image = from_text(text.as_bytes(), &LEVELS).with_context(|| format!("`{name}`"))?;
         Ok((image, FileRecord::new(name.to_owned(), text.as_bytes())))
     }
 
@@ -61,7 +90,20 @@ impl LevelImage {
     }
 }
 
-fn from_text(bytes: &[u8]) -> Result<LevelImage> {
+fn from_npy(bytes: &[u8]) -> Result<LevelImage> {
+    let (shape, values) = npy::read::<f64>(bytes)?;
+    let &[rows, columns] = &shape[..] else {
+        bail!("expected an array of rows and columns, got one of shape {shape:?}");
+    };
+    ensure!(rows > 0 && columns > 0, "expected rows of numbers, got the shape {shape:?}");
+    if let Some(at) = values.iter().position(|value| !value.is_finite()) {
+        let (row, column) = (at / columns + 1, at % columns + 1);
+        bail!("row {row}, column {column}: expected {}, got {}", FINITE.1, values[at]);
+    }
+    Ok(LevelImage::from_top(columns, &values))
+}
+
+fn from_text(bytes: &[u8], (range, one): &Numbers) -> Result<LevelImage> {
     let text = std::str::from_utf8(bytes).context("expected a PNG or text in UTF-8")?;
     let (mut columns, mut levels) = (0, Vec::new());
     for (number, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
@@ -83,17 +125,14 @@ fn from_text(bytes: &[u8]) -> Result<LevelImage> {
             "line {number}: expected {columns} numbers as in the first row, got {count}"
         );
         for (column, field) in fields.iter().enumerate() {
-            let level = field.parse().ok().filter(|level| (0.0..=1.0).contains(level));
+            let level = field.parse().ok().filter(|level| range.contains(level));
             let Some(level) = level else {
-                bail!(
-                    "line {number}, column {}: expected a number from 0 to 1, got {field:?}",
-                    column + 1
-                );
+                bail!("line {number}, column {}: expected {one}, got {field:?}", column + 1);
             };
             levels.push(level);
         }
     }
-    ensure!(columns > 0, "expected rows of numbers from 0 to 1, got none");
+    ensure!(columns > 0, "expected rows of numbers, got none");
     Ok(LevelImage::from_top(columns, &levels))
 }
 
@@ -146,7 +185,7 @@ mod tests {
         let expected = LevelImage { columns: 2, rows: 2, levels: bottom_up };
         for text in ["0,0.6\n1,0.2\n", "\u{feff}# drives\n0 0.6\n\n1 0.2", "0; .6\r\n1e0; 2e-1\r\n"]
         {
-            assert_eq!(from_text(text.as_bytes()).expect(text), expected);
+            assert_eq!(from_text(text.as_bytes(), &LEVELS).expect(text), expected);
         }
         let eight = png(ColorType::Grayscale, BitDepth::Eight, &[0, 153, 255, 51]);
         assert_eq!(from_png(&eight).expect("8 bits"), expected);
@@ -166,10 +205,10 @@ mod tests {
             ("0,,1", "got \"\""),
             ("zone,drive", "got \"zone\""),
         ] {
-            let error = format!("{:#}", from_text(text.as_bytes()).expect_err(text));
+            let error = format!("{:#}", from_text(text.as_bytes(), &LEVELS).expect_err(text));
             assert!(error.contains(words), "{error}");
         }
-        assert!(from_text(&[0xff, 0xfe]).is_err());
+        assert!(from_text(&[0xff, 0xfe], &LEVELS).is_err());
         let colours = png(ColorType::Rgb, BitDepth::Eight, &[0; 12]);
         let error = from_png(&colours).expect_err("colours").to_string();
         assert!(error.contains("got Rgb of 8 bits"), "{error}");

@@ -26,15 +26,19 @@
 //! | `base_surface`, `relief`, `rounding` | smooth surface, elements on it, rounded corners |
 //! | `meridian`, [`outline`], `planar` | generating curves, stated ones, and where pieces meet |
 //! | `cell` | one period in the frame of its chord |
+//! | [`oval`], [`height_map`], [`tessellation`] | surfaces that are not round, and triangles for them |
 
 mod base_surface;
 mod cell;
+pub mod height_map;
 mod meridian;
 pub mod outline;
+pub mod oval;
 mod planar;
 pub mod profile;
 mod relief;
 mod rounding;
+pub mod tessellation;
 
 pub use base_surface::BaseSurface;
 pub use cell::Cell;

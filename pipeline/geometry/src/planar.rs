@@ -98,14 +98,41 @@ impl Piece {
 
     /// Unit vectors along its way at its start and at its end.
     pub(super) fn directions(&self) -> [[f64; 2]; 2] {
+        [self.start, self.end].map(|p| self.direction(p))
+    }
+
+    /// Unit vector along its way at a point of it.
+    pub(super) fn direction(&self, p: [f64; 2]) -> [f64; 2] {
         let Some(circle) = self.circle() else {
             let (step, length) = (minus(self.end, self.start), self.length_mm());
-            return [step.map(|d| d / length); 2];
+            return step.map(|d| d / length);
         };
-        [self.start, self.end].map(|p| {
-            let [r, z] = minus(p, circle.centre).map(|d| d / circle.radius);
-            if circle.clockwise { [z, -r] } else { [-z, r] }
-        })
+        let [r, z] = minus(p, circle.centre).map(|d| d / circle.radius);
+        if circle.clockwise { [z, -r] } else { [-z, r] }
+    }
+
+    /// The point at this height of a piece that falls or rises all along.
+    pub(super) fn at_height(&self, z: f64) -> [f64; 2] {
+        let Some(circle) = self.circle() else {
+            let [[from, low], [to, high]] = [self.start, self.end];
+            return [from + (to - from) * (z - low) / (high - low), z];
+        };
+        let up = z - circle.centre[1];
+        let across = ((circle.radius - up) * (circle.radius + up)).max(0.0).sqrt();
+        let side = (self.along(0.5)[0] - circle.centre[0]).signum();
+        [circle.centre[0] + side * across, z]
+    }
+
+    /// Its parts between the points where an arc is highest or lowest, by more than `slack` mm beyond
+    /// its ends.
+    pub(super) fn between_heights(&self, slack: f64) -> Vec<Self> {
+        let [low, high] = [self.start[1].min(self.end[1]), self.start[1].max(self.end[1])];
+        let inside = |p: &[f64; 2]| p[1] > high + slack || p[1] < low - slack;
+        let mut points: Vec<[f64; 2]> = self.extremes().into_iter().filter(inside).collect();
+        points.sort_by(|a, b| self.position(*a).total_cmp(&self.position(*b)));
+        points.insert(0, self.start);
+        points.push(self.end);
+        points.windows(2).map(|ends| Self { start: ends[0], end: ends[1], ..*self }).collect()
     }
 
     /// The piece at this distance to its left, mm; none of an arc beyond its centre.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The bodies of a design for export: exactly, as closed triangle meshes, and as generating curves.
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use tracer::Shape;
 use tracer::glam::{DMat3, DVec3};
 
@@ -154,11 +154,12 @@ fn solid(stated: &CheckedSolid) -> Result<Body> {
             Form::cylinder(cylinder.radius_mm, 0.5 * cylinder.height_mm)
         }
         SolidForm::Sphere(ball) => Form::ball(ball.radius_mm),
-        SolidForm::Meridian(_) => {
-            let meridian = form.meridian.clone();
-            Form::Revolved(meridian.with_context(|| format!("{name}: expected a meridian"))?)
+        SolidForm::Meridian(_) | SolidForm::Mesh(_) | SolidForm::HeightMap(_) => {
+            match &form.meridian {
+                Some(meridian) => Form::Revolved(meridian.clone()),
+                None => triangles(name, &form.pieces[0])?,
+            }
         }
-        SolidForm::Mesh(_) => triangles(name, &form.pieces[0])?,
         SolidForm::Rectangle(Flat { size_mm: List(size), .. }) => {
             Form::Rectangle(size.map(|length| 0.5 * length))
         }

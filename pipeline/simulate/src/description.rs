@@ -324,7 +324,9 @@ fn solid(solid: &CheckedSolid) -> String {
     if solid.is_film() {
         return film(solid, &made);
     }
-    format!("{}: {kind}, {made}, {per}{scatter}", solid.name())
+    let surface = solid.form.deviation.map(|deviation| format!(", traced as {deviation}"));
+    let surface = surface.unwrap_or_default();
+    format!("{}: {kind}{surface}, {made}, {per}{scatter}", solid.name())
 }
 
 /// A film in words.
@@ -471,8 +473,13 @@ fn dome(design: &Design) -> String {
             let smooth = mesh.smooth_deg.map(|angle| {
                 format!(", smooth where faces turn by up to {} degrees", shortest(angle))
             });
-            let triangles = count(mesh.triangles, "triangle");
-            format!("mesh of {triangles}{}", smooth.unwrap_or_default())
+            match &mesh.deviation {
+                Some(deviation) => format!("oval surface, traced as {deviation}"),
+                None => {
+                    let triangles = count(mesh.triangles, "triangle");
+                    format!("mesh of {triangles}{}", smooth.unwrap_or_default())
+                }
+            }
         }
         Dome::Meridian(curve) => format!("curve of {}", count(curve.pieces.len(), "piece")),
         Dome::Sphere(sphere) => {

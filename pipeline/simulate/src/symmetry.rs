@@ -62,13 +62,17 @@ fn parts(design: &Design) -> Vec<(String, Symmetry)> {
     let around = [mirror, design.housing_half_mm()].into_iter().flatten();
     let around =
         if around.into_iter().all(is_square) { Symmetry::Square } else { Symmetry::Rectangle };
-    let mesh = matches!(design.dome, Some(Dome::Mesh(_)));
+    let dome = match &design.dome {
+        Some(Dome::Mesh(mesh)) if mesh.file.is_some() => Symmetry::None,
+        Some(Dome::Mesh(_)) => Symmetry::Rectangle,
+        _ => Symmetry::Square,
+    };
     let mut parts = vec![
         ("an LED off its axis or tilted".to_owned(), led),
         ("the places of the packages".to_owned(), of_places(&design.array.axes_mm())),
         ("walls and mirror".to_owned(), around),
         ("packages of unequal drive".to_owned(), none_if(design.array.drives.is_some())),
-        ("a dome by a mesh".to_owned(), none_if(mesh)),
+        ("a dome by a mesh or two meridians".to_owned(), dome),
         ("a file of [files]".to_owned(), design.files.symmetry()),
     ];
     let sources = design.sources.iter();

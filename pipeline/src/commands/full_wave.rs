@@ -199,7 +199,10 @@ fn scaled_section(
     let base = match &design.dome {
         Some(Dome::Sphere(sphere)) => Base::Sphere(*sphere),
         Some(Dome::Meridian(curve)) => Base::Curve(curve.clone()),
-        Some(Dome::Mesh(_)) => bail!("dome.mesh: expected a dome with a section, got a mesh"),
+        Some(Dome::Mesh(mesh)) if mesh.file.is_some() => {
+            bail!("dome.mesh: expected a dome with a section, got a mesh")
+        }
+        Some(Dome::Mesh(_)) => bail!("dome: expected a round one, got one by two meridians"),
         None => bail!("dome: expected a dome, got none"),
     };
     let ring_um = design.hybrid.element_width_um;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The shape of the dome: a truncated sphere, a generating curve point by point (`dome.meridian_mm`
-//! and `dome.meridian_file`), or a mesh.
+//! and `dome.meridian_file`), two of them, or a mesh.
 //!
 //! In, for a curve: rows of two numbers (r, z), three (and the bulge of an arc) or four (and its
 //! centre), in the design or in a file. Out: a checked curve. The file holds a row on each line,
@@ -11,7 +11,10 @@ use std::path::Path;
 
 use geometry::Meridian;
 use geometry::outline::{Ends, Row, outline};
+use geometry::oval::oval;
+use geometry::tessellation::Tessellation;
 use runtime::bounded_text::{MAX_ROWS, bounded_text};
+use runtime::content_hash::sha256_hex;
 
 use super::{dome_mesh, package};
 use crate::check::Context;
@@ -35,13 +38,19 @@ pub(crate) fn resolve(
     };
     let dome = match &stated.kind {
         DomeForm::Sphere(sphere) => Dome::Sphere(package::dome(sphere, at)?),
-        DomeForm::Meridian(MeridianDome { meridian_mm }) => {
-            let curve = in_design("dome.meridian_mm", meridian_mm, Ends::OnBottom, at)?;
-            Dome::Meridian(curve)
+        DomeForm::Meridian(MeridianDome { meridian_mm, meridian_y_mm }) => {
+            let x = in_design("dome.meridian_mm", meridian_mm, Ends::OnBottom, at)?;
+            let Some(rows) = meridian_y_mm else { return Ok(Some(Dome::Meridian(x))) };
+            let key = "dome.meridian_y_mm";
+            let y = in_design(key, rows, Ends::OnBottom, at)?;
+            of_two([x, y], (key, None), raw, at)?
         }
-        DomeForm::MeridianFile(MeridianFileDome { meridian_file }) => {
-            let key = ["dome.meridian_file", meridian_file];
-            Dome::Meridian(in_file(key, folder, Ends::OnBottom, at)?)
+        DomeForm::MeridianFile(MeridianFileDome { meridian_file, meridian_y_file }) => {
+            let x = in_file(["dome.meridian_file", meridian_file], folder, Ends::OnBottom, at)?;
+            let Some(file) = meridian_y_file else { return Ok(Some(Dome::Meridian(x))) };
+            let key = "dome.meridian_y_file";
+            let y = in_file([key, file], folder, Ends::OnBottom, at)?;
+            of_two([x, y], (key, Some(file.as_str())), raw, at)?
         }
         DomeForm::Mesh(mesh) => {
             if let Some(smooth_deg) = mesh.smooth_deg {
@@ -56,6 +65,46 @@ pub(crate) fn resolve(
         }
     };
     Ok(Some(dome))
+}
+
+/// The dome by meridians along x and y, the latter under a key or in the file of a key.
+fn of_two(
+    [x, y]: [Meridian; 2],
+    (key, file): (&str, Option<&str>),
+    raw: &schema::Design,
+    at: &Context,
+) -> Result<Dome, ConfigError> {
+    if x == y {
+        return Ok(Dome::Meridian(x));
+    }
+    if raw.elements.is_some() {
+        let expected = format!("no such table with {key}: relief stands on round domes");
+        return Err(at.value("elements", "given", &expected));
+    }
+    let both = [&x, &y].map(|curve| format!("{:?}", curve.pieces));
+    let made = between([&x, &y], (key, file), at)?;
+    let mesh = dome_mesh::tessellated(made, sha256_hex(both.concat().as_bytes()));
+    Ok(Dome::Mesh(mesh.map_err(|error| folds(key, &error.to_string(), at))?))
+}
+
+/// The error of a surface between two meridians that is none of a solid.
+pub(crate) fn folds(key: &str, error: &str, at: &Context) -> ConfigError {
+    at.value(key, "a bad value", &format!("a surface that does not fold over: {error}"))
+}
+
+/// The surface between meridians along x and y, the latter under a key or in the file of a key.
+pub(crate) fn between(
+    [x, y]: [&Meridian; 2],
+    (key, file): (&str, Option<&str>),
+    at: &Context,
+) -> Result<Tessellation, ConfigError> {
+    oval(x, y).map_err(|error| match file {
+        None => at.value(&format!("{key}[{}]", error.row), error.got, &error.expected),
+        Some(file) => {
+            let got = format!("{file}, point {}: {}", error.row, error.got);
+            at.value(key, got, &error.expected)
+        }
+    })
 }
 
 /// The curve of rows that stand in the design under `key`.

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `dome.mesh`: the solid of a dome from a file of triangles.
 //!
-//! In: an STL or OBJ file with its unit. Out: a checked shape in two parts, the triangles that lie
-//! in the plane z = 0, which are the bottom, and all others; and the dome's height and largest
-//! radius, which are those of its corners. The solid must be closed and stand on z = 0.
+//! In: an STL or OBJ file with its unit, or triangles in the place of a surface. Out: a checked shape in
+//! two parts, the triangles that lie in the plane z = 0, which are the bottom, and all others; and the
+//! dome's height and largest radius, which are those of its corners. The solid must be closed and
+//! stand on z = 0.
 
 use std::path::Path;
 
 use anyhow::{Context as _, Result, bail, ensure};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use tracer::Shape;
-use tracer::shape::Mesh;
+use tracer::shape::{Mesh, MeshError};
 
 use formats::mesh::{JOINED, joined};
 use formats::{obj, stl};
+use geometry::tessellation::Tessellation;
 use metrics::plural::count;
 use runtime::bounded_text::{MAX_TABLES, bounded_bytes};
 use runtime::content_hash::sha256_hex;
@@ -31,7 +33,28 @@ pub(crate) fn load(raw: &MeshDome, folder: &Path) -> Result<DomeMesh> {
     let name = &raw.mesh;
     let (triangles, sha256) = triangles("dome", name, raw.mesh_unit, folder)?;
     let path = folder.join(name);
-    measured(raw, sha256, triangles).with_context(|| format!("dome.mesh: `{}`", path.display()))
+    let smooth = |mesh| smoothed(mesh, raw.smooth_deg);
+    let solid = measured(sha256, triangles, smooth)
+        .with_context(|| format!("dome.mesh: `{}`", path.display()))?;
+    Ok(DomeMesh { file: Some(raw.mesh.clone()), smooth_deg: raw.smooth_deg, ..solid })
+}
+
+/// The dome of triangles in the place of a surface, which is told from others by its hash.
+pub(crate) fn tessellated(made: Tessellation, sha256: String) -> Result<DomeMesh> {
+    let normals = single(&made);
+    let deviation = Some(made.deviation);
+    let solid = measured(sha256, made.triangles, |mesh| mesh.with_normals(&normals))?;
+    Ok(DomeMesh { deviation, ..solid })
+}
+
+/// The solid of triangles in the place of its surface.
+pub(crate) fn solid(made: &Tessellation) -> Result<Shape, MeshError> {
+    let mesh = Mesh::welded(&made.triangles, &vec![0; made.triangles.len()])?;
+    Ok(Shape::mesh(mesh.with_normals(&single(made))))
+}
+
+fn single(made: &Tessellation) -> Vec<[Vec3; 3]> {
+    made.normals.iter().map(|corners| corners.map(|normal| normal.as_vec3())).collect()
 }
 
 /// The mesh with smooth normals, where they are asked for.
@@ -72,8 +95,12 @@ pub(crate) fn triangles(
     Ok((triangles, sha256_hex(&bytes)))
 }
 
-/// The solid and its measures.
-fn measured(raw: &MeshDome, sha256: String, mut triangles: Vec<[DVec3; 3]>) -> Result<DomeMesh> {
+/// The solid with its normals, and its measures.
+fn measured(
+    sha256: String,
+    mut triangles: Vec<[DVec3; 3]>,
+    normals: impl FnOnce(Mesh) -> Mesh,
+) -> Result<DomeMesh> {
     let corners = || triangles.iter().flatten();
     let height_mm = corners().map(|corner| corner.z).fold(0.0, f64::max);
     let radius_mm = corners().map(|corner| corner.truncate().length()).fold(0.0, f64::max);
@@ -92,12 +119,13 @@ fn measured(raw: &MeshDome, sha256: String, mut triangles: Vec<[DVec3; 3]>) -> R
     );
     let mesh = Mesh::welded(&triangles, &parts)?;
     Ok(DomeMesh {
-        file: raw.mesh.clone(),
+        file: None,
         sha256,
         height_mm,
         radius_mm,
         triangles: triangles.len(),
-        smooth_deg: raw.smooth_deg,
-        shape: Shape::mesh(smoothed(mesh, raw.smooth_deg)),
+        smooth_deg: None,
+        deviation: None,
+        shape: Shape::mesh(normals(mesh)),
     })
 }

@@ -2,14 +2,18 @@
 //! The form of a solid or a sheet, checked, and where it stands.
 
 use std::f64::consts::TAU;
+use std::fmt::Display;
 use std::path::Path;
 
 use tracer::Shape;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Bounds, Closing, Extent, Mesh, Placement, Plane};
 
+use formats::level_image::LevelImage;
 use geometry::Meridian;
+use geometry::height_map::HeightMap;
 use geometry::outline::Ends;
+use geometry::tessellation::Tessellation;
 use metrics::digits::shortest;
 use runtime::bounded_text::{MAX_ROWS, bounded_bytes};
 use runtime::provenance::FileRecord;
@@ -19,7 +23,7 @@ use crate::check::{Context, MAX_LENGTH_MM};
 use crate::error::ConfigError;
 use crate::resolved::form::{CHORDS, Form, LEVEL};
 use crate::schema::solids::{
-    Ball, Cylinder, Disc, Flat, Solid, SolidForm, SolidMeridian, SolidMesh,
+    Ball, Cylinder, Disc, Flat, Solid, SolidForm, SolidHeightMap, SolidMesh,
 };
 use crate::shapes;
 use runtime::serde_arrays::List;
@@ -58,7 +62,7 @@ pub(super) fn resolve(
     files: &mut Vec<FileRecord>,
 ) -> Result<Form, ConfigError> {
     let placement = read.placement(solid)?;
-    let mut meridian = None;
+    let (mut meridian, mut deviation) = (None, None);
     let (pieces, outline) = match &solid.kind {
         SolidForm::Box(stated) => read.cuboid(stated)?,
         SolidForm::Rectangle(stated) => read.rectangle(stated)?,
@@ -66,11 +70,35 @@ pub(super) fn resolve(
         SolidForm::Sphere(stated) => read.sphere(stated)?,
         SolidForm::Cylinder(stated) => read.cylinder(stated)?,
         SolidForm::Meridian(stated) => {
-            let stated = meridian.insert(read.meridian(stated, files)?);
-            let pieces = shapes::of(stated).map_err(|error| read.refuse("meridian_mm", &error))?;
-            (pieces, flattened(stated))
+            let (rows, path) = (stated.meridian_mm.as_deref(), stated.meridian_file.as_deref());
+            let x = read.meridian(["meridian_mm", "meridian_file"], rows, path, files)?;
+            let (rows, path) = (stated.meridian_y_mm.as_deref(), stated.meridian_y_file.as_deref());
+            let y = read.meridian(["meridian_y_mm", "meridian_y_file"], rows, path, files)?;
+            let x = x.ok_or_else(|| {
+                let expected = "this key or `meridian_file`, for this kind";
+                read.at.value(&read.key("meridian_mm"), "missing", expected)
+            })?;
+            if let Some(y) = y.filter(|y| *y != x) {
+                let name = path.map_or("meridian_y_mm", |_| "meridian_y_file");
+                let key = read.key(name);
+                let made = dome::between([&x, &y], (&key, path), read.at)?;
+                deviation = Some(made.deviation);
+                let solid = dome_mesh::solid(&made);
+                let solid = solid.map_err(|e| dome::folds(&key, &e.to_string(), read.at))?;
+                (vec![solid], Vec::new())
+            } else {
+                let x = meridian.insert(x);
+                let pieces = shapes::of(x).map_err(|error| read.refuse("meridian_mm", &error))?;
+                (pieces, flattened(x))
+            }
         }
         SolidForm::Mesh(stated) => read.mesh(stated, files)?,
+        SolidForm::HeightMap(stated) => {
+            let made = read.height_map(stated, files)?;
+            deviation = Some(made.deviation);
+            let solid = dome_mesh::solid(&made).map_err(|error| read.refuse("map_file", &error))?;
+            (vec![solid], Vec::new())
+        }
     };
     let form = Form {
         pieces,
@@ -78,6 +106,7 @@ pub(super) fn resolve(
         placement,
         outline,
         meridian,
+        deviation,
     };
     read.above_bottom(&form, solid)?;
     Ok(form)
@@ -94,7 +123,7 @@ impl SolidTable<'_> {
         format!("{}.{name}", self.name)
     }
 
-    fn refuse(&self, name: &str, error: &tracer::Error) -> ConfigError {
+    fn refuse(&self, name: &str, error: &dyn Display) -> ConfigError {
         let expected = format!("a form that can be built: {error}");
         self.at.value(&self.key(name), "a bad value", &expected)
     }
@@ -157,32 +186,55 @@ impl SolidTable<'_> {
         Ok((pieces, rows.to_vec()))
     }
 
-    /// The generating curve of a body of revolution.
+    /// The curve under one of two keys, in rows or in a file.
     fn meridian(
         &self,
-        stated: &SolidMeridian,
+        [name, file]: [&str; 2],
+        rows: Option<&[Vec<f64>]>,
+        path: Option<&str>,
         files: &mut Vec<FileRecord>,
-    ) -> Result<Meridian, ConfigError> {
-        let (name, file) = ("meridian_mm", "meridian_file");
-        match (&stated.meridian_mm, &stated.meridian_file) {
-            (Some(rows), None) => dome::in_design(&self.key(name), rows, Ends::OnAxis, self.at),
+    ) -> Result<Option<Meridian>, ConfigError> {
+        match (rows, path) {
+            (Some(rows), None) => {
+                dome::in_design(&self.key(name), rows, Ends::OnAxis, self.at).map(Some)
+            }
             (None, Some(path)) => {
                 let key = self.key(file);
                 let stated = [&*key, path];
                 let meridian = dome::in_file(stated, self.folder, Ends::OnAxis, self.at)?;
                 let bytes = bounded_bytes(&self.folder.join(path), MAX_ROWS).unwrap_or_default();
                 files.push(FileRecord::new(path, &bytes));
-                Ok(meridian)
+                Ok(Some(meridian))
             }
-            (None, None) => {
-                let expected = "this key or `meridian_file`, for this kind";
-                Err(self.at.value(&self.key(name), "missing", expected))
-            }
+            (None, None) => Ok(None),
             (Some(_), Some(_)) => {
-                let expected = "no such key beside `meridian_mm`";
-                Err(self.at.value(&self.key(file), "given", expected))
+                let expected = format!("no such key beside `{name}`");
+                Err(self.at.value(&self.key(file), "given", &expected))
             }
         }
+    }
+
+    /// The solid under a height map.
+    fn height_map(
+        &self,
+        stated: &SolidHeightMap,
+        files: &mut Vec<FileRecord>,
+    ) -> Result<Tessellation, ConfigError> {
+        let SolidHeightMap { size_mm: List(size_mm), map_file, scale_mm, base_mm, .. } = stated;
+        for size in size_mm {
+            self.length("size_mm", *size)?;
+        }
+        for (name, value) in [("scale_mm", *scale_mm), ("base_mm", *base_mm)] {
+            self.at.within(&self.key(name), value, -MAX_LENGTH_MM, MAX_LENGTH_MM)?;
+        }
+        let key = self.key("map_file");
+        let read = LevelImage::read_heights(&self.folder.join(map_file));
+        let (map, sha256) = read.map_err(|error| self.at.of_files(&error.context(key.clone())))?;
+        files.push(FileRecord { file: map_file.clone(), sha256 });
+        let counts = [map.columns, map.rows];
+        let heights_mm = map.levels.iter().map(|z| base_mm + scale_mm * z).collect();
+        let made = HeightMap { counts, size_mm: *size_mm, heights_mm }.solid();
+        made.map_err(|[got, expected]| self.at.value(&key, format!("{map_file}: {got}"), &expected))
     }
 
     fn mesh(&self, stated: &SolidMesh, files: &mut Vec<FileRecord>) -> Result<Pieces, ConfigError> {
@@ -237,13 +289,18 @@ impl SolidTable<'_> {
         let mut placement = Placement::at(DVec3::from_array(position_mm));
         let (axis, rotation_deg) = match &solid.kind {
             SolidForm::Cylinder(cylinder) => (cylinder.axis, None),
-            SolidForm::Meridian(meridian) => (meridian.axis, None),
+            SolidForm::Meridian(meridian) => (meridian.axis, meridian.rotation_deg),
             SolidForm::Disc(disc) => (disc.axis, None),
             SolidForm::Box(flat) => (None, flat.rotation_deg),
             SolidForm::Rectangle(flat) => (None, flat.rotation_deg),
             SolidForm::Mesh(mesh) => (None, mesh.rotation_deg),
+            SolidForm::HeightMap(map) => (None, map.rotation_deg),
             SolidForm::Sphere(_) => (None, None),
         };
+        if axis.is_some() && rotation_deg.is_some() {
+            let expected = "no such key beside `rotation_deg`";
+            return Err(self.at.value(&self.key("axis"), "given", expected));
+        }
         if let Some(List(axis)) = axis {
             let axis = self.at.direction(&self.key("axis"), axis)?;
             let along = placement.along(axis);

@@ -44,7 +44,10 @@ impl<'a> InputNames<'a> {
         if let Some(dome) = &raw.dome {
             match &dome.kind {
                 DomeForm::Mesh(dome) => names.0.push(&dome.mesh),
-                DomeForm::MeridianFile(dome) => names.0.push(&dome.meridian_file),
+                DomeForm::MeridianFile(dome) => {
+                    names.0.push(&dome.meridian_file);
+                    names.0.extend(&dome.meridian_y_file);
+                }
                 DomeForm::Sphere(_) | DomeForm::Meridian(_) => {}
             }
             names.layers(&dome.shared.coating);
@@ -72,7 +75,10 @@ impl<'a> InputNames<'a> {
 
     fn solid(&mut self, raw: &'a Solid) {
         match &raw.kind {
-            SolidForm::Meridian(meridian) => self.0.extend(&meridian.meridian_file),
+            SolidForm::Meridian(solid) => {
+                self.0.extend(solid.meridian_file.iter().chain(&solid.meridian_y_file));
+            }
+            SolidForm::HeightMap(map) => self.0.push(&map.map_file),
             SolidForm::Mesh(mesh) => self.0.push(&mesh.mesh),
             _ => {}
         }

@@ -6,6 +6,7 @@ use serde::Serialize;
 use tracer::Shape;
 
 use geometry::profile::{Elements, SphericalDome};
+use geometry::tessellation::Deviation;
 use geometry::{BaseSurface, GeometryError, Meridian};
 
 /// A dome, by what states its surface.
@@ -16,7 +17,7 @@ pub enum Dome {
     Sphere(SphericalDome),
     /// A generating curve, which may carry relief as far as it is a function z(r).
     Meridian(Meridian),
-    /// A closed mesh of triangles.
+    /// A closed mesh of triangles, also in the place of an oval surface.
     Mesh(DomeMesh),
 }
 
@@ -73,9 +74,10 @@ impl Dome {
 /// The solid of a dome.
 #[derive(Debug, Clone, Serialize)]
 pub struct DomeMesh {
-    /// Name in the design.
-    pub file: String,
-    /// Hexadecimal SHA-256 of the file.
+    /// Name in the design; none of an oval dome.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Hexadecimal SHA-256 of the file, or of two meridians.
     pub sha256: String,
     /// Height of the highest corner, mm.
     pub height_mm: f64,
@@ -86,6 +88,9 @@ pub struct DomeMesh {
     /// Largest angle between faces whose edge is smooth, degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub smooth_deg: Option<f64>,
+    /// What triangles are off an oval dome.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deviation: Option<Deviation>,
     /// Part 0 is the dome, part 1 the bottom.
     #[serde(skip)]
     pub shape: Shape,

@@ -9,6 +9,7 @@ use tracer::shape::{Bounds, Closing, Foot, Placement};
 
 use formats::mesh::BOX_FACES;
 use geometry::Meridian;
+use geometry::tessellation::Deviation;
 use metrics::illuminance::Symmetry;
 
 use super::footprint::{Footprint, TurnedRectangle};
@@ -38,6 +39,8 @@ pub struct Form {
     pub(crate) outline: Vec<[f64; 2]>,
     /// Generating curve of a body of revolution by its meridian, exactly.
     pub meridian: Option<Meridian>,
+    /// What triangles are off a surface that is not round.
+    pub deviation: Option<Deviation>,
 }
 
 impl Form {
@@ -147,6 +150,9 @@ impl Form {
         match solid {
             _ if !centred => Symmetry::None,
             SolidForm::Sphere(_) => Symmetry::Square,
+            SolidForm::Meridian(oval) if upright && self.meridian.is_none() => {
+                flat([1.0, 2.0], oval.rotation_deg)
+            }
             SolidForm::Cylinder(_) | SolidForm::Meridian(_) | SolidForm::Disc(_) if upright => {
                 Symmetry::Square
             }

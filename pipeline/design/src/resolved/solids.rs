@@ -279,6 +279,7 @@ impl CheckedSolid {
         let (key, got) = match &self.stated.kind {
             SolidForm::Box(flat) => ("size_mm", format!("{:?}", flat.size_mm.0)),
             SolidForm::Rectangle(flat) => ("size_mm", format!("{:?}", flat.size_mm.0)),
+            SolidForm::HeightMap(map) => ("size_mm", format!("{:?}", map.size_mm.0)),
             SolidForm::Cylinder(cylinder) => radius(cylinder.radius_mm),
             SolidForm::Sphere(ball) => radius(ball.radius_mm),
             SolidForm::Disc(disc) => radius(disc.radius_mm),

@@ -200,7 +200,7 @@ fn dome_fields(dome: &Dome) -> Value {
         Dome::Mesh(mesh) => {
             let mut fields = fields!(mesh => DomeMesh {
                 sha256, height_mm, radius_mm;
-                smooth_deg, file, triangles, shape
+                smooth_deg, file, triangles, deviation, shape
             });
             // Flat faces have the fields of designs that cannot say otherwise.
             if let Some(smooth_deg) = mesh.smooth_deg {

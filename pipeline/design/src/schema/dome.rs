@@ -67,6 +67,10 @@ pub struct SphereDome {
 pub struct MeridianDome {
     /// Generating curve from the axis outwards and down, mm: 2 to 4001 rows, as below.
     pub meridian_mm: Vec<Vec<f64>>,
+    /// Curve along y of a dome that is not round, rows likewise; `meridian_mm` is then the one along
+    /// x, and ellipses lie between.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meridian_y_mm: Option<Vec<Vec<f64>>>,
 }
 
 /// Keys of a generating curve in a file.
@@ -76,6 +80,9 @@ pub struct MeridianFileDome {
     /// Text file of such rows: commas, semicolons or spaces between numbers, `#` for comments, a
     /// heading allowed.
     pub meridian_file: String,
+    /// File of the curve along y of a dome that is not round, as `meridian_y_mm`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meridian_y_file: Option<String>,
 }
 
 /// Keys of a mesh.

@@ -29,8 +29,8 @@ pub struct SolidKeys {
     /// Number of its copies; default `"package"`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub per: Per,
-    /// Middle (x, y, z), mm; of a meridian or mesh its own origin. Within 10 m, nothing below z =
-    /// 0; default the origin.
+    /// Middle (x, y, z), mm; of a meridian or mesh its own origin, under a height map that of the
+    /// bottom. Within 10 m, nothing below z = 0; default the origin.
     #[serde(default, skip_serializing_if = "is_default")]
     pub position_mm: List<f64, 3>,
     /// Bodies that light in the solid, which has a `medium`, meets without a gap: names of solids
@@ -62,10 +62,13 @@ pub enum SolidForm {
     Cylinder(Cylinder),
     /// A ball.
     Sphere(Ball),
-    /// A body of revolution by its meridian.
+    /// A body of revolution by its meridian, or an oval one by two.
     Meridian(SolidMeridian),
     /// A closed mesh of triangles.
     Mesh(SolidMesh),
+    /// A solid with upright sides and a flat bottom under a height map.
+    #[serde(rename = "height_map")]
+    HeightMap(SolidHeightMap),
     /// A flat sheet.
     Rectangle(Flat<2>),
     /// A flat round sheet.
@@ -106,7 +109,7 @@ pub struct Ball {
     pub radius_mm: f64,
 }
 
-/// Keys of a body of revolution.
+/// Keys of a body of revolution, and of an oval one.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolidMeridian {
@@ -115,8 +118,18 @@ pub struct SolidMeridian {
     pub meridian_mm: Option<Vec<Vec<f64>>>,
     /// File of such rows.
     pub meridian_file: Option<String>,
+    /// Rows of the meridian along y of a body that is not round; the other one is then that along x,
+    /// and ellipses lie between.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meridian_y_mm: Option<Vec<Vec<f64>>>,
+    /// File of such rows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meridian_y_file: Option<String>,
     /// Direction of the axis, of any length; default [0, 0, 1].
     pub axis: Option<List<f64, 3>>,
+    /// Rotation about the fixed x, then y, then z, degrees; -360 to 360.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rotation_deg: Option<List<f64, 3>>,
 }
 
 /// Keys of a mesh.
@@ -130,6 +143,25 @@ pub struct SolidMesh {
     /// Smooth normals: at a corner the mean of those faces about it that turn by at most this from the
     /// face met, linear between corners; 0 to 90 degrees. Default flat faces.
     pub smooth_deg: Option<f64>,
+    /// Rotation about the fixed x, then y, then z, degrees; -360 to 360.
+    pub rotation_deg: Option<List<f64, 3>>,
+}
+
+/// Keys of a solid under a height map.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SolidHeightMap {
+    /// Lengths along x and y, mm; 1e-6 to 10 000.
+    pub size_mm: List<f64, 2>,
+    /// Heights at equal steps from edge to edge, at least 4 by 4, the largest y first: rows of
+    /// numbers, a `.npy` of f64 or a grey PNG of 8 or 16 bits (0 to 1). Between them the bicubic
+    /// spline.
+    pub map_file: String,
+    /// Height of 1 in the file, of white in a picture, mm; -10 000 to 10 000.
+    pub scale_mm: f64,
+    /// Height of 0 in the file above the bottom, mm; -10 000 to 10 000. Default 0.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub base_mm: f64,
     /// Rotation about the fixed x, then y, then z, degrees; -360 to 360.
     pub rotation_deg: Option<List<f64, 3>>,
 }

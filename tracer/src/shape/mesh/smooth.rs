@@ -3,7 +3,8 @@
 //!
 //! The normal at a corner is the mean of those of the faces about it, each by its angle there
 //! \[Thurmer & Wuthrich 1998\]; between corners it is linear. On a sphere it is off by the square of
-//! the angle between faces, where that of a face is off by the angle.
+//! the angle between faces, where that of a face is off by the angle. Normals of a known surface are
+//! taken as they are.
 //!
 //! \[Thurmer & Wuthrich 1998\] G. Thurmer, C. Wuthrich, *Computing vertex normals from polygonal
 //! facets*, J. Graph. Tools 3(1), 43.
@@ -16,7 +17,7 @@ impl Mesh {
     /// The same mesh with smooth normals: at a corner of a face those faces of its patch count that turn
     /// by `max_deg` degrees at most from it; sharper edges stay sharp.
     #[must_use]
-    pub fn smoothed(mut self, max_deg: f64) -> Self {
+    pub fn smoothed(self, max_deg: f64) -> Self {
         let min_cos = max_deg.to_radians().cos() - 1e-12;
         let faces: Vec<GivenTriangle> = self.faces_once();
         let mut about = vec![Vec::new(); self.vertices.len()];
@@ -35,7 +36,13 @@ impl Mesh {
             })
         };
         let by_number: Vec<[Vec3; 3]> = faces.iter().map(normals).collect();
-        let in_leaves = self.numbers.iter().map(|number| by_number[*number as usize]);
+        self.with_normals(&by_number)
+    }
+
+    /// The same mesh with these unit normals at the corners of each triangle, in the order given.
+    #[must_use]
+    pub fn with_normals(mut self, normals: &[[Vec3; 3]]) -> Self {
+        let in_leaves = self.numbers.iter().map(|number| normals[*number as usize]);
         self.corner_normals = Some(in_leaves.collect());
         self
     }
