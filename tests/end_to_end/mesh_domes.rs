@@ -255,6 +255,13 @@ fn arrays_of_any_arrangement() {
     let both = by_file.replace("positions_file", "columns = 2\npositions_file");
     refused(at, &both, &["array.positions_file", "columns"]);
     refused(at, &by_file.replace("places", "nowhere"), &["nowhere.csv"]);
+    for (text, words) in [
+        ("x_mm y_mm tilt_deg\n0 0 1\n", "line 1: expected numbers, or names of columns"),
+        ("0 0 1 2 3\n", "line 1: expected 2 numbers in all lines (x_mm, y_mm), got 5"),
+    ] {
+        std::fs::write(at.join("places.csv"), text).expect("written");
+        refused(at, &by_file, &["array.positions_file", "places.csv", words]);
+    }
 }
 
 #[test]

@@ -104,6 +104,10 @@ fn check_says_where_packages_stand_and_what_is_read() {
     for (array, words) in [
         (GRID, "3 x 2 at 12 x 8 mm"),
         (FILE, "6 packages at the positions of places.txt, 24 x 8 mm between outermost axes"),
+        (
+            &format!("{GRID}, turns_deg = [0, 0, 0, 0, 0, 5]"),
+            "at 12 x 8 mm, each with a turn of its own",
+        ),
     ] {
         std::fs::write(at.join("chips.toml"), design(array) + receivers).expect("written");
         let checked = said(at, &["check", "chips.toml"]).expect("valid");
@@ -118,7 +122,10 @@ fn check_says_where_packages_stand_and_what_is_read() {
     for (array, words) in [
         (GRID.replace("[12.0, 8.0]", "[12.0, 8.0, 3.0]"), "a number or [x, y]"),
         (GRID.replace("[12.0, 8.0]", "[12.0, 0.1]"), "width of a package, 0.2 mm"),
-        (format!("{GRID}, arrangement = \"hexagonal\""), "one number of a hexagonal array"),
+        (
+            format!("{GRID}, arrangement = \"hexagonal\"").replace("[12.0, 8.0]", "[0.3, 0.1]"),
+            "width of a package, 0.2 mm",
+        ),
         (FILE.replace("7.0", "[7.0, 7.0]"), "one number beside positions_file"),
     ] {
         std::fs::write(at.join("chips.toml"), design(&array)).expect("written");

@@ -323,3 +323,20 @@ fn an_analysis_becomes_a_page_alone_or_beside_a_run() {
     let (done, said) = report(folder.path(), &["out"]);
     assert!(!done && said.contains("tolerance.json`: schema_version: expected 3, got 1"), "{said}");
 }
+
+/// Each package moves and turns by itself, without lists in the design.
+#[test]
+fn packages_move_and_turn_one_by_one() {
+    let folder = folder();
+    let at = folder.path();
+    let head = "name = \"mounted\"\ndesign = \"bare-dome.toml\"\nsamples = 8\npaths = 4096\nfigures = [\"extraction_efficiency\"]\n";
+    let keys = "[[tolerances]]\nkey = \"array.offsets_mm[*][*]\"\ndeviation = 0.05\n\
+                [[tolerances]]\nkey = \"array.turns_deg[*]\"\ndeviation = 2.0\n";
+    std::fs::write(at.join("tolerance.toml"), format!("{head}{keys}")).expect("written");
+    let [_, table] = tolerance(at, &[]);
+    let table = String::from_utf8(table).expect("UTF-8");
+    let heading = table.lines().next().expect("a heading");
+    for column in ["array.offsets_mm[4][2]", "array.turns_deg[4]"] {
+        assert!(heading.contains(column), "{heading}");
+    }
+}

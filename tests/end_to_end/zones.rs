@@ -105,6 +105,63 @@ fn a_pattern_is_what_a_trace_of_its_drives_gives() {
     );
 }
 
+/// Staggered rows and places in no rows: as a trace of the drives, and otherwise than rows at right
+/// angles of the same pitches.
+#[test]
+fn zones_of_packages_in_no_full_rows_are_what_a_trace_gives() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let square = boxed(4).replace("pitch_mm = 6.0", "pitch_mm = [5.0, 5.5]");
+    let staggered = square.replace("5.5]", "5.5], arrangement = \"hexagonal\"");
+    std::fs::write(at.join("square.toml"), square).expect("written");
+    std::fs::write(at.join("staggered.toml"), staggered).expect("written");
+    std::fs::write(
+        at.join("free.toml"),
+        boxed(4).replace(
+            "columns = 4, rows = 4, pitch_mm = 6.0",
+            "positions_file = \"p.txt\", pitch_mm = 4.0",
+        ),
+    )
+    .expect("written");
+    let places = "x_mm y_mm turn_deg\n-6 -6 10\n5 -4 0\n6 5.5 -20\n-4 1 0\n-5 6 45\n";
+    std::fs::write(at.join("p.txt"), places).expect("written");
+    std::fs::write(at.join("drives.csv"), "1,0.2,0,0.4\n0,0.7,0.1,0\n0.3,0,1,0.5\n0,0,0.6,0\n")
+        .expect("written");
+    std::fs::write(at.join("four.csv"), "1,0.2\n0,0.7\n").expect("written");
+    let direct = |line: &str, out: &str, [low, high]: [f64; 2]| {
+        let found = zones(at, &format!("{line} --direct --receiver front --paths 20000"), out);
+        let direct = &found["direct"];
+        let [square, largest] =
+            ["chi_square", "largest"].map(|key| direct[key].as_f64().expect("a number"));
+        // Between the quantiles of 0.1 and 99.9 %.
+        assert!((low..high).contains(&square) && largest < 4.0, "{out}: {direct}");
+        (found, table(&at.join(out).join("zones.csv")))
+    };
+    let sixteen = [3.9, 39.3];
+    let (found, rows) = direct("staggered.toml --pattern drives.csv", "staggered", sixteen);
+    // No place stands for another.
+    assert_eq!(found["responses"], 16);
+    let (_, control) = direct("square.toml --pattern drives.csv", "square", sixteen);
+    let off = rows.iter().zip(&control).map(|(a, b)| ((a[5] - b[5]) / a[6].hypot(b[6])).powi(2));
+    assert!(off.sum::<f64>() > 100.0, "{rows:?} {control:?}");
+    let (found, _) = direct("free.toml --pattern four.csv --zones 2x2", "free", [0.09, 18.5]);
+    assert_eq!(found["responses"], 5);
+    for (line, words) in [
+        ("free.toml --pattern four.csv", "--zones: expected columns and rows of zones"),
+        ("free.toml --pattern drives.csv --zones 4x4", "--zones: expected at most as many"),
+        (
+            "staggered.toml --pattern drives.csv --packages 6x6",
+            "--packages: expected none of packages",
+        ),
+    ] {
+        let arguments = line.split_whitespace().chain(["--out", "none"]);
+        let refused = batwing(at).arg("zones").args(arguments).assert().failure();
+        let said = String::from_utf8_lossy(&refused.get_output().stderr).into_owned();
+        assert!(said.contains(words) && said.lines().count() == 1, "{said}");
+    }
+    assert!(!at.join("none").exists(), "half-written");
+}
+
 /// In a cell that repeats every zone shines in all cells.
 #[test]
 fn cells_that_repeat_have_no_zones() {

@@ -61,15 +61,52 @@ fn an_offset_in_air_is_a_package_elsewhere() {
     let text = format!("{BARE}{plane}");
     let moved = parsed(&text.replace("MOVED", "offset_mm = [1.3, -0.7]"));
     let mut elsewhere = parsed(&text.replace("MOVED", ""));
-    elsewhere.array.positions =
-        PackagePositions::List { positions_mm: vec![[1.3, -0.7]], file: String::new() };
-    let [a, b] = [&moved, &elsewhere].map(seen);
+    elsewhere.array.positions = PackagePositions::List {
+        positions_mm: vec![[1.3, -0.7]],
+        turns_deg: Vec::new(),
+        file: String::new(),
+    };
+    let mut displaced = parsed(&text.replace("MOVED", ""));
+    displaced.array.offsets_mm = vec![[1.3, -0.7]];
+    let [a, b, c] = [&moved, &elsewhere, &displaced].map(seen);
+    assert_eq!(b.receivers[0].total(), c.receivers[0].total());
     let bins = a.receivers[0].total().iter().zip(b.receivers[0].total());
     let differ: f64 = bins.map(|(a, b)| (a - b).abs()).sum();
     assert!(differ < 20.0 / PATHS as f64, "{differ}");
     // The map is not averaged over mirrors that the package no longer has.
     let map = &moved_map(&a);
     assert!(map[0] > 0.2 && map[1] < -0.1, "{map:?}");
+}
+
+/// A package that is turned is the one whose parts are stated where the turn takes them.
+#[test]
+fn a_turned_package_is_all_that_is_in_it_elsewhere() {
+    let wall = |place: &str, size: &str| {
+        format!(
+            "\n[[solids]]\nname = \"post\"\nkind = \"box\"\nsize_mm = {size}\nposition_mm = {place}\n\
+             surface = {{ kind = \"lambertian\", reflectance = 0.8 }}\n"
+        )
+    };
+    let text = format!("{BARE}{}", wall("[0.9, 0.1, 0.5]", "[0.2, 0.8, 1.0]"));
+    let text = text.replace("MOVED", "offset_mm = [0.1, 0.0]");
+    let mut turned = parsed(&text);
+    turned.array.turns_deg = vec![90.0];
+    let by_hand = format!("{BARE}{}", wall("[-0.1, 0.9, 0.5]", "[0.8, 0.2, 1.0]"));
+    let by_hand = by_hand.replace("[1.0, 0.6]", "[0.6, 1.0]");
+    let by_hand = parsed(&by_hand.replace("MOVED", "offset_mm = [0.0, 0.1]"));
+    let [plain, turned, by_hand] = [&parsed(&text), &turned, &by_hand].map(seen);
+    let all = [&plain, &turned, &by_hand].map(|seen| {
+        let wall = account(seen, "absorbed_by_post");
+        [to_the_right(seen), wall]
+    });
+    let off = |a: Estimate, b: Estimate| {
+        (a.value - b.value).abs() / a.standard_error.hypot(b.standard_error)
+    };
+    for (found, expected) in all[1].into_iter().zip(all[2]) {
+        assert!(off(found, expected) < 4.5, "{found:?} {expected:?}");
+    }
+    // The wall stands in the way of what goes to the right where nothing is turned.
+    assert!(off(all[0][0], all[1][0]) > 20.0, "{all:?}");
 }
 
 /// Mean x and y of the light on the map, mm.

@@ -145,6 +145,34 @@ face_powers = [6.0, 1.0, 0.5, 1.5, 1.0]
     }
 }
 
+/// Of cosⁿ the share 1 - cosⁿ⁺¹ of a face's light goes into a cone about its normal, of a table its
+/// integral over the solid angle.
+#[test]
+fn faces_of_a_chip_emit_by_their_laws() {
+    let cone = "[[receivers]]\nname = \"far\"\nkind = \"far_field\"\ntheta_bin_deg = 30.0\nphi_bin_deg = 360.0\n";
+    let shares = |powers: &str, laws: &str| {
+        let text = format!(
+            "{BARE}\n{cone}\n[[sources]]\nname = \"chip\"\nkind = \"chip\"\nface_powers = {powers}\n{laws}\n"
+        );
+        let seen = seen(&parse(&text));
+        [0, 1].map(|bin| jackknife(&seen.receivers[0], |bins| bins[bin]))
+    };
+    let top = "[1.0, 0.0, 0.0, 0.0, 0.0]";
+    let within = |power: i32| 1.0 - 30f64.to_radians().cos().powi(power);
+    let cube = shares(top, "top = { exponent = 3.0 }");
+    close("cube", cube[0], within(4));
+    // Lambert's law is far off.
+    assert!((cube[0].value - within(2)).abs() > 50.0 * cube[0].standard_error, "{cube:?}");
+    // Dark but for a ring: all of its light lies in it.
+    let ring = "top = { angle_deg = [0, 30, 30.001, 60, 60.0001], intensity = [0, 0, 1, 1, 0] }";
+    let found = shares(top, ring);
+    close("ring", found[1], 1.0);
+    // Sides and top have laws of their own; of sides half goes up, with all but little of the top's.
+    let both =
+        shares("[0.6, 0.1, 0.1, 0.1, 0.1]", "top = { exponent = 3.0 }\nsides = { exponent = 1e5 }");
+    close("top beside sides", both[0], 0.6 * within(4));
+}
+
 fn upright(name: &str, normal: &str, [x, y, z]: [f64; 3]) -> String {
     format!(
         "[[receivers]]\nname = \"{name}\"\nkind = \"plane\"\nposition_mm = [{x:?}, {y:?}, {z:?}]\nnormal = \"{normal}\"\nsize_mm = [1000.0, 1000.0]\nbins = [2, 2]\n"

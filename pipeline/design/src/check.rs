@@ -52,6 +52,20 @@ impl<'a> Context<'a> {
         ConfigError::Files { file: self.file.to_owned(), message: format!("{error:#}") }
     }
 
+    /// Refuses a list of so many `rows` that are not one for each of `packages` packages, or none.
+    pub(super) fn one_for_each(
+        &self,
+        key: &str,
+        rows: usize,
+        packages: usize,
+    ) -> Result<(), ConfigError> {
+        if rows == 0 || rows == packages {
+            return Ok(());
+        }
+        let expected = format!("an entry for each of the {packages} packages, or none");
+        Err(self.value(key, format!("{rows} rows"), &expected))
+    }
+
     /// A length in mm.
     pub(super) fn length(&self, key: &str, value: f64) -> Result<f64, ConfigError> {
         if (MIN_LENGTH_MM..=MAX_LENGTH_MM).contains(&value) {

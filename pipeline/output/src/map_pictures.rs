@@ -296,7 +296,7 @@ impl ModelFiles<'_> {
     fn leds(&self) -> Vec<[f64; 2]> {
         let axes = self.design.array.axes_mm().into_iter().enumerate();
         let centre = |(package, axis): (usize, [f64; 2])| {
-            let offset = self.design.led.place(package).offset_mm;
+            let offset = self.design.led_offset_mm(package);
             [0, 1].map(|k| axis[k] + offset[k])
         };
         axes.map(centre).collect()

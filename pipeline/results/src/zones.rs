@@ -89,7 +89,10 @@ impl ZonesFile {
     pub fn lines(&self) -> Vec<(String, String)> {
         let unit = Unit::from_name(&self.unit).unwrap_or(Unit::Relative);
         let size = |[columns, rows]: [usize; 2]| format!("{columns} x {rows}");
-        let mut packages = format!("of {} packages", size(self.packages));
+        let mut packages = match self.packages {
+            [count, 1] => format!("of {count} packages"),
+            packages => format!("of {} packages", size(packages)),
+        };
         if self.traced_packages != self.packages {
             packages = format!("{packages}, for which {} stand", size(self.traced_packages));
         }

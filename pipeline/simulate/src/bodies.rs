@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The bodies of a design for export: exactly, as closed triangle meshes, and as generating curves.
 
-use anyhow::Result;
+use std::collections::BTreeMap;
+
+use anyhow::{Context, Result};
 use tracer::Shape;
 use tracer::glam::{DMat3, DVec3};
 
@@ -31,16 +33,25 @@ const MIRROR: &str = "mirror";
 pub fn whole(design: &Design) -> Result<Vec<Body>> {
     let axes = design.array.axes_mm().into_iter();
     let axes: Vec<DVec3> = axes.map(|[x, y]| DVec3::new(x, y, 0.0)).collect();
-    let copied = |body: Body| Body {
-        places: axes.iter().map(|axis| *axis + body.places[0]).collect(),
-        ..body
+    let mut turns: BTreeMap<u64, Vec<DVec3>> = BTreeMap::new();
+    for (package, axis) in axes.iter().enumerate() {
+        turns.entry(design.array.turn_deg(package).to_bits()).or_default().push(*axis);
+    }
+    // One for each turn of a package.
+    let copied = |body: Body| -> Vec<Body> {
+        let copies = turns.iter().zip(1..).map(|((turn_deg, axes), number)| {
+            let name =
+                if turns.len() > 1 { format!("{} {number}", body.name) } else { body.name.clone() };
+            Body { name, ..turned(&body, f64::from_bits(*turn_deg), axes) }
+        });
+        copies.collect()
     };
-    let mut bodies: Vec<Body> = dome(design)?.map(copied).into_iter().collect();
-    let (kinds, numbers) = design.led.places(axes.len());
-    for (kind, place) in kinds.iter().enumerate() {
+    let mut bodies: Vec<Body> = dome(design)?.map(copied).into_iter().flatten().collect();
+    let (kinds, numbers) = design.package_kinds();
+    for (kind, (place, turn_deg)) in kinds.iter().enumerate() {
         let of_kind = axes.iter().zip(&numbers).filter(|(_, number)| **number == kind);
-        let places = of_kind.map(|(axis, _)| *axis).collect();
-        let mut body = Body { places, ..led(design, *place) };
+        let axes: Vec<DVec3> = of_kind.map(|(axis, _)| *axis).collect();
+        let mut body = turned(&led(design, *place), *turn_deg, &axes);
         if kinds.len() > 1 {
             body.name = format!("{} {}", body.name, kind + 1);
         }
@@ -48,17 +59,31 @@ pub fn whole(design: &Design) -> Result<Vec<Body>> {
     }
     for stated in &design.solids {
         let body = solid(stated)?;
-        bodies.push(match stated.per() {
-            Per::Package => copied(body),
-            Per::Array => body,
-        });
+        match stated.per() {
+            Per::Package => bodies.extend(copied(body)),
+            Per::Array => bodies.push(body),
+        }
     }
-    bodies.extend(mirror(design)?.map(|mirror| match design.mirror.extent {
-        Extent::Package => copied(mirror),
-        Extent::Array => mirror,
-    }));
+    if let Some(mirror) = mirror(design)? {
+        match design.mirror.extent {
+            Extent::Package => bodies.extend(copied(mirror)),
+            Extent::Array => bodies.push(mirror),
+        }
+    }
     bodies.extend(housing(design));
     Ok(bodies)
+}
+
+/// A body of packages that are turned by an angle about their `axes`.
+fn turned(body: &Body, turn_deg: f64, axes: &[DVec3]) -> Body {
+    let mut turned = body.clone();
+    if turn_deg != 0.0 {
+        let rotation = DMat3::from_rotation_z(turn_deg.to_radians());
+        turned.rotation = rotation * body.rotation;
+        turned.places[0] = rotation * body.places[0];
+    }
+    turned.places = axes.iter().map(|axis| *axis + turned.places[0]).collect();
+    turned
 }
 
 /// The bodies of one package within `error_mm` of their surfaces: the dome with its relief (if it

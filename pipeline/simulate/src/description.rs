@@ -274,13 +274,15 @@ fn lights(design: &Design) -> Vec<String> {
 
 /// The array in words.
 fn array(design: &Design) -> String {
-    match &design.array.positions {
-        PackagePositions::List { positions_mm, file } => {
+    let array = &design.array;
+    let places = match &array.positions {
+        PackagePositions::List { positions_mm, turns_deg, file } => {
             let packages = count(positions_mm.len(), "package");
             let [x, y] = extent(&layout(design)).map(shortest);
-            let powers = if design.array.drives.is_some() { " and powers" } else { "" };
+            let turns = if turns_deg.is_empty() { "" } else { ", turns" };
+            let powers = if array.drives.is_some() { " and powers" } else { "" };
             format!(
-                "{packages} at the positions{powers} of {file}, {x} x {y} mm between outermost axes"
+                "{packages} at the positions{turns}{powers} of {file}, {x} x {y} mm between outermost axes"
             )
         }
         PackagePositions::Grid { columns, rows, arrangement } => {
@@ -288,9 +290,12 @@ fn array(design: &Design) -> String {
                 Arrangement::Square => "",
                 Arrangement::Hexagonal => ", hexagonal",
             };
-            format!("{columns} x {rows} at {} mm{hexagonal}", design.array.pitch_mm)
+            format!("{columns} x {rows} at {} mm{hexagonal}", array.pitch_mm)
         }
-    }
+    };
+    let offset = if array.offsets_mm.is_empty() { "" } else { ", each off its place" };
+    let turned = if array.turns_deg.is_empty() { "" } else { ", each with a turn of its own" };
+    format!("{places}{offset}{turned}")
 }
 
 /// Sides of the rectangle between the outermost axes, mm.
@@ -491,6 +496,9 @@ fn dome(design: &Design) -> String {
 
 /// A reflector in words, which may be of metal.
 fn reflecting(reflector: Reflector, coats: Option<&Coats>) -> String {
+    if coats.is_some_and(|coats| coats.reflectance.is_some()) {
+        return format!("reflectance by a table, {} of it", reflector.reflectance());
+    }
     if coats.is_some_and(|coats| coats.substrate.is_some()) {
         return format!("thin films on metal, {} of what they reflect", reflector.reflectance());
     }

@@ -85,10 +85,16 @@ fn changed(design: &Design) -> Vec<String> {
     }
     if symmetry::of_places(&design.array.axes_mm()) == Symmetry::None {
         let key = match design.array.positions {
+            _ if !design.array.offsets_mm.is_empty() => "array.offsets_mm",
             PackagePositions::Grid { .. } => "array.arrangement",
             PackagePositions::List { .. } => "array.positions_file",
         };
         say(key, "rows that are not their own image");
+    }
+    if design.array.is_turned() {
+        let of_file = design.array.turns_deg.is_empty();
+        let key = if of_file { "array.positions_file" } else { "array.turns_deg" };
+        say(key, "packages whose image turns the other way");
     }
     if let Some(drives) = &design.array.drives {
         let axes = design.array.axes_mm();
@@ -291,6 +297,8 @@ light = { wavelength_nm = 550.0 }
             .replace("columns = 1, rows = 1", "columns = 2, rows = 2, arrangement = \"hexagonal\"")
             .replace("[5.0, 5.0]", "[12.0, 12.0]");
         assert!(said(&rows).contains("array.arrangement"));
+        let turned = CELL.replace("pitch_mm = 5.0", "pitch_mm = 5.0, turns_deg = [10.0]");
+        assert!(said(&turned).contains("array.turns_deg (packages whose image"));
     }
 
     #[test]

@@ -127,7 +127,7 @@ pub fn far_field_reading(design: &Design) -> FarFieldReading {
 /// Positions of the LEDs of `design`, and which of them are neighbours.
 pub fn layout(design: &Design) -> Layout {
     let array = &design.array;
-    let axes = array.axes_mm();
+    let axes = array.places_mm();
     match array.rectangle() {
         Some([columns, rows]) => {
             let [x, y] = array.pitch_mm.along();

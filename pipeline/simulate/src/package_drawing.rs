@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The package of a design as plain lines: what `rays` and the page draw.
 
-use tracer::glam::DVec3;
+use tracer::glam::{DMat3, DVec3};
 
 use design::Design;
 use design::resolved::dome::Dome;
-use design::resolved::led::{BoxPlace, Led};
+use design::resolved::led::BoxPlace;
 use design::resolved::solids::CheckedSolid;
 use design::schema::Extent;
 use design::schema::solids::Per;
@@ -27,7 +27,7 @@ pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
     let axes_mm = design.array.axes_mm();
     let radius_mm = 0.5 * design.package_width_mm();
     let dome_mm = match &design.dome {
-        Some(Dome::Mesh(mesh)) => mesh.section(),
+        Some(Dome::Mesh(mesh)) => mesh.section(design.array.turn_deg(number)),
         _ => outline(meridian).into_iter().collect(),
     };
     let [width, depth] = design.led.size_mm;
@@ -37,7 +37,7 @@ pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
         rings: rings(meridian),
         radius_mm,
         led_mm: [width, depth, design.led.height_mm],
-        led_corners_mm: led_corners(&design.led, design.led.place(number)),
+        led_corners_mm: led_corners(design, number),
         led_offsets_mm: led_offsets(design),
         mirror_half_mm: match design.mirror.extent {
             Extent::Array => 0.5 * design.array.pitch_mm.along()[0],
@@ -47,7 +47,7 @@ pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
         pitch_mm: pitch_mm(&axes_mm, at),
         axes_mm,
         at_mm: at,
-        solids: solids(design, at),
+        solids: solids(design, number, at),
     }
 }
 
@@ -58,21 +58,24 @@ fn pitch_mm(axes_mm: &[[f64; 2]], at: [f64; 2]) -> Option<f64> {
     beside.reduce(f64::min).map(rounded)
 }
 
-/// Corners of a box at `place`, unless it stands level about the axis.
-fn led_corners(led: &Led, place: BoxPlace) -> Vec<[f64; 3]> {
-    if place == BoxPlace::default() {
+/// Corners of the box of a package, unless it stands level about the axis and is not turned.
+fn led_corners(design: &Design, package: usize) -> Vec<[f64; 3]> {
+    let (place, turn_deg) = (design.led.place(package), design.array.turn_deg(package));
+    if place == BoxPlace::default() && turn_deg == 0.0 {
         return Vec::new();
     }
-    let corners = led.at(place).corners(0.0).into_iter();
-    corners.map(|corner| corner.to_array().map(rounded)).collect()
+    let rotation = DMat3::from_rotation_z(turn_deg.to_radians());
+    let corners = design.led.at(place).corners(0.0).into_iter();
+    corners.map(|corner| (rotation * corner).to_array().map(rounded)).collect()
 }
 
-/// Solids, sheets and walls about the package whose axis lies at `at`.
-fn solids(design: &Design, [x, y]: [f64; 2]) -> Vec<SolidDrawing> {
+/// Solids, sheets and walls about this package, whose axis lies at `at`.
+fn solids(design: &Design, package: usize, [x, y]: [f64; 2]) -> Vec<SolidDrawing> {
     let moved = |stated: &CheckedSolid| {
         let mut stated = stated.clone();
-        if stated.per() == Per::Array {
-            stated.form.placement.origin -= DVec3::new(x, y, 0.0);
+        match stated.per() {
+            Per::Array => stated.form.placement.origin -= DVec3::new(x, y, 0.0),
+            Per::Package => stated.form = stated.form.turned(design.array.turn_deg(package)),
         }
         solid(&stated)
     };
@@ -117,12 +120,11 @@ fn wall(bounds_mm: [[f64; 3]; 2]) -> SolidDrawing {
 
 /// Offsets of the boxes of all packages; none where all stand on the axes.
 fn led_offsets(design: &Design) -> Vec<[f64; 2]> {
-    let places: Vec<BoxPlace> =
-        (0..design.array.count()).map(|package| design.led.place(package)).collect();
-    if places.iter().all(BoxPlace::is_on_axis) {
+    let packages = 0..design.array.count();
+    if packages.clone().all(|package| design.led.place(package).is_on_axis()) {
         return Vec::new();
     }
-    places.iter().map(|place| place.offset_mm).collect()
+    packages.map(|package| design.led_offset_mm(package)).collect()
 }
 
 fn solid(solid: &CheckedSolid) -> SolidDrawing {

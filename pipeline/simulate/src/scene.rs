@@ -116,8 +116,10 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
         prototype.sources = emitters.map(|emitter| emitter.source.clone()).collect();
     }
     let bottom = bottom(design, &mirror);
-    let (places, numbers) = design.led.places(design.array.count());
-    let kinds = places.into_iter().map(|place| with_led_at(design, &prototype, place));
+    let (kinds, numbers) = design.package_kinds();
+    let kinds = kinds.into_iter().map(|(place, turn_deg)| {
+        with_led_at(design, &prototype, place).map(|kind| (kind, turn_deg))
+    });
     let packages = Packages { kinds: kinds.collect::<Result<_>>()?, numbers };
     let packages = solids::add(design, &packages, &bottom, &mut scene)?;
     scene.isolated(!design.array.crossing);

@@ -321,8 +321,10 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
         Error::Overlap { .. } => (
             design.array.distance_key(),
             match design.array.positions {
-                PackagePositions::Grid { .. } => design.array.pitch_mm.to_string(),
-                PackagePositions::List { .. } => "packages that overlap".to_owned(),
+                PackagePositions::Grid { .. } if design.array.offsets_mm.is_empty() => {
+                    design.array.pitch_mm.to_string()
+                }
+                _ => "packages that overlap".to_owned(),
             },
         ),
         Error::IntoWall { .. } => {

@@ -34,7 +34,6 @@ use tracer::{
 };
 
 use design::resolved::dome::Dome;
-use design::resolved::footprint::Footprint;
 use design::resolved::solids::{self, CheckedSolid};
 use design::schema::solids::Per;
 use design::{ConfigError, Design};
@@ -157,8 +156,8 @@ impl Standing {
 
 /// Packages without the solids of the design.
 pub struct Packages {
-    /// Solids that differ.
-    pub kinds: Vec<Prototype>,
+    /// Those that differ, each with its turn about its axis, degrees.
+    pub kinds: Vec<(Prototype, f64)>,
     /// The number of the kind of every package, in order.
     pub numbers: Vec<usize>,
 }
@@ -177,15 +176,16 @@ pub fn add(
 ) -> Result<Vec<PrototypeId>> {
     let Packages { kinds, numbers } = packages;
     if design.solids.is_empty() {
-        let kinds: Vec<PrototypeId> =
-            kinds.iter().map(|kind| scene.prototype(kind.clone())).collect();
+        let kinds =
+            kinds.iter().map(|(kind, turn)| Ok(scene.prototype(kind.clone().turned(*turn)?)));
+        let kinds: Vec<PrototypeId> = kinds.collect::<Result<_>>()?;
         return Ok(numbers.iter().map(|number| kinds[*number]).collect());
     }
     let placing = Placing::new(design, bottom);
-    let outline = |kind: &Prototype| {
+    let outline = |(kind, turn_deg): &(Prototype, f64)| {
         let mut outline = kind.clone();
         place_solids(&placing, Per::Package, &mut outline, None)?;
-        Ok(outline)
+        Ok(outline.turned(*turn_deg)?)
     };
     let outlines: Vec<Prototype> = kinds.iter().map(outline).collect::<Result<_>>()?;
     let mut array = Prototype::default();
@@ -202,11 +202,11 @@ pub fn add(
         let id = if let Some(id) = known.get(&held) {
             *id
         } else {
-            let mut body = kinds[*number].clone();
+            let (mut body, turn_deg) = kinds[*number].clone();
             let outside = outside(holder, &depths);
             place_solids(&placing, Per::Package, &mut body, Some(outside))?;
             sources_fit(design, holder)?;
-            let id = scene.prototype(body);
+            let id = scene.prototype(body.turned(turn_deg)?);
             known.insert(held, id);
             id
         };
@@ -474,7 +474,7 @@ fn place_solids<'a>(
         if let Some(foot) = foot {
             let parts = if solid.touches_bottom() {
                 let in_dome = domed && in_silicone(place, &objects, &nest);
-                touched(placing, solid, &foot, in_dome)?
+                touched(placing, solid, in_dome)?
             } else {
                 Vec::new()
             };
@@ -607,23 +607,28 @@ fn in_silicone(place: &NestedPlace, objects: &[NestedObject], nest: &Nesting) ->
 fn touched<'a>(
     placing: &Placing<'a>,
     solid: &CheckedSolid,
-    foot: &Footprint,
     in_dome: bool,
 ) -> Result<Vec<(&'a BottomPart, Coverage)>> {
     let bottom = placing.bottom;
     if in_dome {
         return Ok(vec![(&bottom.in_dome, Coverage::Whole)]);
     }
-    let axes = match solid.per() {
-        Per::Package => placing.design.array.axes_mm(),
-        Per::Array => vec![[0.0; 2]],
+    let array = &placing.design.array;
+    let (axes, is_turned) = match solid.per() {
+        Per::Package => (array.axes_mm(), array.is_turned()),
+        Per::Array => (vec![[0.0; 2]], false),
     };
-    let of_axis = |at: &[f64; 2]| covered(foot, &bottom.outside, DVec2::from_array(*at));
-    let mut all = axes.iter().map(of_axis);
+    let of_axis = |(package, at): (usize, &[f64; 2])| {
+        let turn_deg = if is_turned { array.turn_deg(package) } else { 0.0 };
+        covered(&solid.form.turned(turn_deg).footprint()?, &bottom.outside, DVec2::from_array(*at))
+    };
+    let mut all = axes.iter().enumerate().map(of_axis);
     let whole = |covered: &Covered| matches!(covered[..], [(_, Coverage::Whole)]);
     let first = all.next().flatten();
+    // Other shares than the whole are those of a package as it is stated.
     let first = first.filter(|first| {
-        axes.len() == 1 || (whole(first) && all.all(|other| other.as_ref() == Some(first)))
+        axes.len() == 1 && !is_turned
+            || (whole(first) && all.all(|other| other.as_ref() == Some(first)))
     });
     let Some(first) = first else {
         let names: Vec<&str> = bottom.outside.iter().map(|part| part.name).collect();

@@ -72,6 +72,7 @@ fn parts(design: &Design) -> Vec<(String, Symmetry)> {
         ("the places of the packages".to_owned(), of_places(&design.array.axes_mm())),
         ("walls and mirror".to_owned(), around),
         ("packages of unequal drive".to_owned(), none_if(design.array.drives.is_some())),
+        ("turned packages".to_owned(), none_if(design.array.is_turned())),
         ("a dome by a mesh or two meridians".to_owned(), dome),
         ("a file of [files]".to_owned(), design.files.symmetry()),
     ];
@@ -137,6 +138,12 @@ mod tests {
             let led = format!("size_mm = [0.6, 0.6]\n{tilted}");
             assert_eq!(symmetry(&of(&[("size_mm = [0.6, 0.6]", &led)], "")), Symmetry::None);
         }
+        let array = "pitch_mm = 5.0";
+        let turned = of(&[(array, "pitch_mm = 5.0\nturns_deg = [0, 0, 0, 1]")], "");
+        assert_eq!(broken_by(&turned).as_deref(), Some("turned packages"));
+        let offsets = "pitch_mm = 5.0\noffsets_mm = [[0, 0], [0, 0], [0, 0], [0, 0.1]]";
+        let moved = of(&[(array, offsets)], "");
+        assert_eq!(broken_by(&moved).as_deref(), Some("the places of the packages"));
         let lamp = "\n[[sources]]\nname = \"lamp\"\nkind = \"isotropic\"\n";
         let at = |x: f64| of(&[], &format!("{lamp}position_mm = [{x:?}, 0.0, 0.5]\n"));
         assert_eq!(symmetry(&at(0.0)), Symmetry::Square);

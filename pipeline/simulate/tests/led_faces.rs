@@ -88,3 +88,30 @@ fn sides_of_the_led_have_a_law_of_their_own() {
     assert!(same(shares(&format!("{white}, {dark_sides}"), ASIDE), [0.0, 0.0, 1.0]));
     assert!(same(shares(&format!("{white}, {dark_sides}"), DOWN), [1.0, 0.0, 0.0]));
 }
+
+/// A table of reflectance is the number where it is constant; else it follows angle and wavelength.
+#[test]
+fn a_table_on_the_led_reflects_by_angle_and_wavelength() {
+    let mirror = |filter: &str| {
+        format!("reflection = \"specular\", reflectance = 1.0, filter = {{ {filter} }}")
+    };
+    let number =
+        |share: f64| shares(&format!("reflection = \"specular\", reflectance = {share:?}"), DOWN);
+    let constant = shares(&mirror("reflectance = 0.7, transmittance = 0.3"), DOWN);
+    assert!(same(constant, number(0.7)) && !same(constant, number(0.6)), "{constant:?}");
+    // At 552 nm and 45 degrees; the beam spreads by a tenth of a degree.
+    let rows = "reflectance = [[500, 0, 0.2], [500, 5, 0.2], [500, 85, 0.6], [600, 0, 0.4], [600, 5, 0.4], [600, 85, 0.8]]";
+    let aslant = "position_mm = [-2.0, 0.0, 3.0], normal = [1.0, 0.0, -1.0]";
+    let at_500 = |angle: f64| 0.2 + 0.4 * (angle - 5.0).max(0.0) / 80.0;
+    for (beam, angle) in [(DOWN, 0.0), (aslant, 45.0)] {
+        let [up, ..] = shares(&mirror(rows), beam);
+        let expected = at_500(angle) + 0.52 * 0.2;
+        assert!((up - expected).abs() < 1e-3, "{up} for {expected}");
+    }
+    let kept = mirror(rows).replace("reflectance = 1.0", "reflectance = 0.5");
+    let [up, ..] = shares(&kept, DOWN);
+    assert!((up - 0.5 * (0.2 + 0.52 * 0.2)).abs() < 1e-3, "{up}");
+    let sides = "reflection = \"absorbing\", sides = { kind = \"specular\", reflectance = 1.0, filter = { reflectance = 0.25 } }";
+    let [_, top, side] = shares(sides, ASIDE);
+    assert!((side - 0.75).abs() < 1e-12 && top <= 0.0, "{side}");
+}

@@ -128,15 +128,12 @@ impl<'a> ZonedDesign<'a> {
             "{}: housing.kind: expected walls or none for zones, got \"periodic\", a cell whose zones shine in all cells at once",
             design.provenance.file
         );
-        let places = Places::new(design, request.packages)?;
-        let zones = request.zones.unwrap_or(places.whole);
-        let [columns, rows] = places.whole;
+        let mut places = Places::new(design, request.packages)?;
         ensure!(
-            (0..2).all(|k| zones[k] > 0 && places.whole[k].is_multiple_of(zones[k])),
-            "--zones: expected columns and rows that divide {columns} x {rows} packages evenly, got {} x {}",
-            zones[0],
-            zones[1]
+            request.zones.is_some() || places.is_lattice() || places.whole[1] > 1,
+            "--zones: expected columns and rows of zones for packages in no rows, got none"
         );
+        let zones = request.zones.unwrap_or(places.whole);
         let receiver = MapReceiver::new(design, request.receiver, &places)?;
         let (step, frame) = receiver.over(&places)?;
         for (k, name) in ["x", "y"].into_iter().enumerate() {
@@ -161,6 +158,7 @@ impl<'a> ZonedDesign<'a> {
             "--zones: expected at most 2 GiB for the light of zones, got {:.1} GiB; fewer zones or larger bins take less",
             held / MAX_HELD * 2.0
         );
+        places.divide(zones)?;
         Ok(Self { design, model, places, zones, receiver, step, frame })
     }
 
@@ -321,9 +319,9 @@ struct Array<'a> {
 }
 
 impl Array<'_> {
-    /// Columns and rows of packages in a zone.
-    fn per_zone(&self) -> [usize; 2] {
-        [0, 1].map(|k| self.places.whole[k] / self.zones[k])
+    /// Columns and rows of the packages in a zone.
+    fn dealt(&self, [i, j]: [usize; 2]) -> &[[usize; 2]] {
+        &self.places.dealt()[j * self.zones[0] + i]
     }
 
     fn zone_cells(&self, axis: usize) -> Cells {
@@ -333,33 +331,28 @@ impl Array<'_> {
 
     /// Drives of packages in columns and rows.
     fn drives_of_packages(&self, drives: &[f64]) -> Vec<f64> {
-        let (per, [columns, rows]) = (self.per_zone(), self.places.whole);
-        let drive = |i: usize, j: usize| drives[j / per[1] * self.zones[0] + i / per[0]];
-        (0..rows).flat_map(|j| (0..columns).map(move |i| drive(i, j))).collect()
+        let mut of_packages = vec![0.0; self.places.count()];
+        for (packages, drive) in self.places.dealt().iter().zip(drives) {
+            for [i, j] in packages {
+                of_packages[j * self.places.whole[0] + i] = *drive;
+            }
+        }
+        of_packages
     }
 
-    /// Traced columns and rows that stand for those of a zone.
-    fn stand_ins(&self, zone: [usize; 2]) -> [Vec<usize>; 2] {
-        let per = self.per_zone();
-        [0, 1].map(|k| {
-            let packages = zone[k] * per[k]..(zone[k] + 1) * per[k];
-            packages.map(|i| self.places.stand_in(k, i)).collect()
-        })
+    /// Traced columns and rows that stand for the packages of a zone.
+    fn stand_ins(&self, zone: [usize; 2]) -> Vec<[usize; 2]> {
+        let stand_in = |package: &[usize; 2]| [0, 1].map(|k| self.places.stand_in(k, package[k]));
+        self.dealt(zone).iter().map(stand_in).collect()
     }
 
     /// Light of the packages of a zone.
     fn zone_pieces(&self, zone: [usize; 2], weight: f64) -> Vec<Piece<'_>> {
-        let (per, [columns, rows]) = (self.per_zone(), self.stand_ins(zone));
-        let at =
-            |k: usize, n: usize, stand_in: usize| (zone[k] * per[k] + n - stand_in) * self.step[k];
-        let mut pieces = Vec::with_capacity(per[0] * per[1]);
-        for (n, row) in rows.iter().enumerate() {
-            for (m, column) in columns.iter().enumerate() {
-                let at = [at(0, m, *column), at(1, n, *row)];
-                pieces.push(Piece { at, weight, ..self.responses.at([*column, *row]) });
-            }
-        }
-        pieces
+        let piece = |(package, traced): (&[usize; 2], [usize; 2])| {
+            let at = [0, 1].map(|k| (package[k] - traced[k]) * self.step[k]);
+            Piece { at, weight, ..self.responses.at(traced) }
+        };
+        self.dealt(zone).iter().zip(self.stand_ins(zone)).map(piece).collect()
     }
 
     /// Hands the light of zones at these drives to `read`: zones of one kind, which differ by a shift
@@ -368,14 +361,14 @@ impl Array<'_> {
         let lit = drives.iter().enumerate().filter(|(_, drive)| **drive > 0.0);
         let lit: Vec<([usize; 2], f64)> =
             lit.map(|(k, drive)| ([k % self.zones[0], k / self.zones[0]], *drive)).collect();
-        let mut kinds: BTreeMap<[Vec<usize>; 2], Vec<[usize; 2]>> = BTreeMap::new();
+        let mut kinds: BTreeMap<Vec<[usize; 2]>, Vec<[usize; 2]>> = BTreeMap::new();
         for (zone, _) in &lit {
             kinds.entry(self.stand_ins(*zone)).or_default().push(*zone);
         }
         let mut left = MAX_SHARED;
-        let mut shared: BTreeMap<[Vec<usize>; 2], Shared> = BTreeMap::new();
+        let mut shared: BTreeMap<Vec<[usize; 2]>, Shared> = BTreeMap::new();
         for (kind, zones) in kinds {
-            if zones.len() < 2 || self.per_zone() == [1, 1] {
+            if zones.len() < 2 || kind.len() < 2 {
                 continue;
             }
             let (block, at) = sum_of(&self.zone_pieces(zones[0], 1.0), GROUPS);
@@ -386,11 +379,11 @@ impl Array<'_> {
             left -= bytes;
             shared.insert(kind, Shared { block, at, first: zones[0] });
         }
-        let (per, mut pieces) = (self.per_zone(), Vec::new());
+        let mut pieces = Vec::new();
         for (zone, weight) in lit {
             match shared.get(&self.stand_ins(zone)) {
                 Some(Shared { block, at, first }) => {
-                    let begin = |k: usize, zone: [usize; 2]| zone[k] * per[k] * self.step[k];
+                    let begin = |k: usize, zone| self.dealt(zone)[0][k] * self.step[k];
                     let at = [0, 1].map(|k| at[k] + begin(k, zone) - begin(k, *first));
                     pieces.push(Piece { block, turn: Turn::default(), at, weight });
                 }

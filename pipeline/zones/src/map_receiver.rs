@@ -174,7 +174,7 @@ impl<'a> MapReceiver<'a> {
                 Measurement::Luminance(_, angles) => !angles.has_view(),
                 _ => true,
             });
-        let of_frame = match (centred && is_level, square) {
+        let of_frame = match (centred && is_level && places.is_lattice(), square) {
             (true, true) => Symmetry::Square,
             (true, false) => Symmetry::Rectangle,
             (false, _) => Symmetry::None,

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Places of packages in columns and rows, and the traced place that stands for each.
+//! Places of packages in columns and rows or anywhere, and the traced place that stands for each.
 //!
-//! The whole array may be larger than that of the design, at the same pitch, with walls, plates and
-//! films as far from its outermost packages. The outer half of the traced array then stands for the
-//! packages near each wall, and its middle for all others.
+//! The whole array of full rows at right angles may be larger than that of the design, at the same
+//! pitch, with walls, plates and films as far from its outermost packages. The outer half of the
+//! traced array then stands for the packages near each wall, and its middle for all others.
+//!
+//! Zones are equal rectangles over the area of all packages: half a pitch beyond the outermost ones,
+//! where places follow no rows the pitch p of as many squares, (w + p)(h + p) = N p².
 
 use anyhow::{Result, ensure};
 
 use design::Design;
+use design::resolved::array::PackagePositions;
 
 use simulate::observation::layout;
 
@@ -26,6 +30,12 @@ pub struct Places {
     pub pitch_mm: [f64; 2],
     /// (x, y) of the first package of the whole array, mm.
     first_mm: [f64; 2],
+    /// Lower end and length of the area of all packages along x and y, mm.
+    area_mm: [[f64; 2]; 2],
+    /// Places of packages that stand in no full rows at right angles, mm, in the order of the design.
+    aslant_mm: Vec<[f64; 2]>,
+    /// Columns and rows of the packages in each zone.
+    dealt: Vec<Vec<[usize; 2]>>,
     /// Number in the design of the package in each column of each row.
     numbers: Vec<usize>,
 }
@@ -34,8 +44,8 @@ impl Places {
     /// The places of `design`, or of a larger array of `whole` columns and rows.
     ///
     /// # Errors
-    /// Packages that stand otherwise than in full rows; a whole array that is smaller, or larger
-    /// than so few packages can stand for.
+    /// A whole array that is smaller, or larger than so few packages can stand for, or of packages
+    /// that differ.
     pub fn new(design: &Design, whole: Option<[usize; 2]>) -> Result<Self> {
         ensure!(
             design.array.drives.is_none(),
@@ -45,11 +55,17 @@ impl Places {
             whole.is_none() || design.prints.is_empty(),
             "--packages: expected none with [[prints]]: ink of the design does not repeat from package to package"
         );
-        let axes = design.array.axes_mm();
+        ensure!(
+            whole.is_none() || !design.array.is_turned() && design.array.offsets_mm.is_empty(),
+            "--packages: expected none where packages are turned or off their places, which do not repeat"
+        );
+        let axes = design.array.places_mm();
         let Some([[left, across], [low, along]]) = layout(design).lattice() else {
-            anyhow::bail!(
-                "array: expected packages in full, evenly spaced rows at right angles for zones, got others"
+            ensure!(
+                whole.is_none(),
+                "--packages: expected none of packages that stand otherwise than in full, evenly spaced rows at right angles"
             );
+            return Ok(Self::aslant(design, axes));
         };
         let (first_mm, stated) = ([left, low], design.array.pitch_mm.along());
         let even = [across, along];
@@ -79,7 +95,101 @@ impl Places {
         }
         let first_mm =
             [0, 1].map(|k| first_mm[k] - 0.5 * (whole[k] - traced[k]) as f64 * pitch_mm[k]);
-        Ok(Self { traced, whole, pitch_mm, first_mm, numbers })
+        let area = |k: usize| [first_mm[k] - 0.5 * pitch_mm[k], whole[k] as f64 * pitch_mm[k]];
+        let (area_mm, aslant_mm, dealt) = ([area(0), area(1)], Vec::new(), Vec::new());
+        Ok(Self { traced, whole, pitch_mm, first_mm, area_mm, aslant_mm, dealt, numbers })
+    }
+
+    /// Places in staggered rows, or in no rows.
+    fn aslant(design: &Design, axes: Vec<[f64; 2]>) -> Self {
+        let ends = [0, 1].map(|k| {
+            let along = axes.iter().map(|at| at[k]);
+            [along.clone().fold(f64::INFINITY, f64::min), along.fold(f64::NEG_INFINITY, f64::max)]
+        });
+        let first_mm = ends.map(|[low, _]| low);
+        let [w, h] = ends.map(|[low, high]| high - low);
+        let (whole, pitch_mm) = match design.array.positions {
+            PackagePositions::Grid { columns, rows, .. } => {
+                ([columns, rows], [design.array.pitch_mm.along()[0], h / (rows as f64 - 1.0)])
+            }
+            PackagePositions::List { .. } => {
+                let more = axes.len() as f64 - 1.0;
+                let root = ((w + h).powi(2) + 4.0 * more * w * h).sqrt();
+                ([axes.len(), 1], [0.5 * (w + h + root) / more; 2])
+            }
+        };
+        let area = |k: usize, length: f64| [first_mm[k] - 0.5 * pitch_mm[k], length + pitch_mm[k]];
+        Self {
+            traced: whole,
+            whole,
+            pitch_mm,
+            first_mm,
+            area_mm: [area(0, w), area(1, h)],
+            numbers: (0..axes.len()).collect(),
+            aslant_mm: axes,
+            dealt: Vec::new(),
+        }
+    }
+
+    /// True of full rows at right angles.
+    pub fn is_lattice(&self) -> bool {
+        self.aslant_mm.is_empty()
+    }
+
+    /// Deals the packages to zones.
+    ///
+    /// # Errors
+    /// Zones that do not divide full rows evenly; a package on the border of two zones; a zone
+    /// without any.
+    pub fn divide(&mut self, zones: [usize; 2]) -> Result<()> {
+        let [columns, rows] = self.whole;
+        let divides = (0..2).all(|k| zones[k] > 0 && self.whole[k].is_multiple_of(zones[k]));
+        ensure!(
+            !self.is_lattice() || divides,
+            "--zones: expected columns and rows that divide {columns} x {rows} packages evenly, got {} x {}",
+            zones[0],
+            zones[1]
+        );
+        ensure!(
+            zones[0] * zones[1] <= self.count(),
+            "--zones: expected at most as many as there are packages, {}, got {} x {}",
+            self.count(),
+            zones[0],
+            zones[1]
+        );
+        let mut dealt = vec![Vec::new(); zones[0] * zones[1]];
+        for number in 0..self.count() {
+            let package = [number % columns, number / columns];
+            let [i, j] = match self.aslant_mm.get(number) {
+                None => [0, 1].map(|k| package[k] * zones[k] / self.whole[k]),
+                Some(at) => {
+                    let along = [0, 1].map(|k| {
+                        let [low, length] = self.area_mm[k];
+                        (at[k] - low) / length * zones[k] as f64
+                    });
+                    ensure!(
+                        along.iter().all(|place| (place - place.round()).abs() > 1e-6),
+                        "--zones: expected borders that pass between the packages, got one through that at {at:?} mm"
+                    );
+                    along.map(|place| place as usize)
+                }
+            };
+            dealt[j * zones[0] + i].push(package);
+        }
+        if let Some(zone) = dealt.iter().position(Vec::is_empty) {
+            anyhow::bail!(
+                "--zones: expected packages in every zone, got none in column {} of row {}",
+                zone % zones[0] + 1,
+                zones[1] - zone / zones[0]
+            );
+        }
+        self.dealt = dealt;
+        Ok(())
+    }
+
+    /// Columns and rows of the packages in each zone, row after row.
+    pub fn dealt(&self) -> &[Vec<[usize; 2]>] {
+        &self.dealt
     }
 
     /// True if the traced array stands for a larger one along an axis.
@@ -124,6 +234,9 @@ impl Places {
 
     /// Places of all packages of the whole array, mm, row after row.
     pub fn axes_mm(&self) -> Vec<[f64; 2]> {
+        if !self.is_lattice() {
+            return self.aslant_mm.clone();
+        }
         let at = |k: usize, i: usize| self.first_mm[k] + i as f64 * self.pitch_mm[k];
         let row = |j: usize| (0..self.whole[0]).map(move |i| [at(0, i), at(1, j)]);
         (0..self.whole[1]).flat_map(row).collect()
@@ -132,8 +245,7 @@ impl Places {
     /// Lower end and length of the area of all packages along an axis, mm: half a pitch beyond the
     /// outermost axes.
     pub fn area_mm(&self, axis: usize) -> [f64; 2] {
-        let pitch = self.pitch_mm[axis];
-        [self.first_mm[axis] - 0.5 * pitch, self.whole[axis] as f64 * pitch]
+        self.area_mm[axis]
     }
 }
 
@@ -145,7 +257,7 @@ mod tests {
 
     fn square(count: usize) -> Design {
         let mut design = design::embedded("d1.toml").expect("valid");
-        design.array.positions = design::resolved::array::PackagePositions::Grid {
+        design.array.positions = PackagePositions::Grid {
             columns: count,
             rows: count,
             arrangement: design::schema::Arrangement::Square,
@@ -176,13 +288,47 @@ mod tests {
             let error = Places::new(&square(traced), Some(whole)).expect_err("refused");
             assert!(error.to_string().starts_with("--packages: expected"), "{error}");
         }
-        let mut hexagonal = square(5);
-        hexagonal.array.positions = design::resolved::array::PackagePositions::Grid {
+    }
+
+    /// Staggered rows have a zone for each package, and the pitch of others fills their area.
+    #[test]
+    fn packages_aslant_belong_to_the_zone_that_they_stand_in() {
+        let mut design = square(5);
+        design.array.positions = PackagePositions::Grid {
             columns: 5,
-            rows: 5,
+            rows: 4,
             arrangement: design::schema::Arrangement::Hexagonal,
         };
-        let error = Places::new(&hexagonal, None).expect_err("refused");
-        assert!(error.to_string().starts_with("array: expected packages in full"), "{error}");
+        design.array.pitch_mm = Pitch::Along(runtime::serde_arrays::List([8.0, 6.0]));
+        let error = Places::new(&design, Some([10, 4])).expect_err("no lattice").to_string();
+        assert!(error.starts_with("--packages: expected none of packages"), "{error}");
+        let mut places = Places::new(&design, None).expect("staggered");
+        assert!(!places.is_lattice() && places.whole == [5, 4]);
+        for (axis, expected) in [(0, [-22.0, 44.0]), (1, [-12.0, 24.0])] {
+            let off = (0..2).map(|k| (places.area_mm(axis)[k] - expected[k]).abs());
+            assert!(off.sum::<f64>() < 1e-12, "{axis}");
+        }
+        places.divide([5, 4]).expect("one in each");
+        for (i, j) in (0..4).flat_map(|j| (0..5).map(move |i| (i, j))) {
+            assert_eq!(places.dealt()[j * 5 + i], [[i, j]]);
+        }
+        for (zones, words) in [
+            ([11, 4], "at most as many as there are packages, 20"),
+            ([1, 5], "packages in every zone, got none in column 1 of row 3"),
+            ([1, 1], "none"),
+            (
+                [11, 1],
+                "borders that pass between the packages, got one through that at [-18.0, -9.0]",
+            ),
+        ] {
+            let said = places.divide(zones).map_or_else(|e| e.to_string(), |()| "none".to_owned());
+            assert!(said.contains(words), "{zones:?}: {said}");
+        }
+        let positions_mm = vec![[0.0, 0.0], [8.0, 0.0], [0.0, 8.0], [8.0, 8.0], [20.0, 20.0]];
+        design.array.positions =
+            PackagePositions::List { positions_mm, turns_deg: Vec::new(), file: String::new() };
+        let places = Places::new(&design, None).expect("places");
+        let p = places.pitch_mm[0];
+        assert!(((20.0 + p).powi(2) - 5.0 * p * p).abs() < 1e-9, "{p}");
     }
 }

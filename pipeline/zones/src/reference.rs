@@ -99,7 +99,7 @@ impl Array<'_> {
         let beyond = self.beyond();
         // Light that the walls send back lies among the packages that are traced.
         let bias = beyond.as_ref().map_or(0.0, |beyond| {
-            let of_zone = (self.per_zone()[0] * self.per_zone()[1]) as f64;
+            let of_zone = self.dealt([0, 0]).len() as f64;
             let traced = (self.places.traced[0] * self.places.traced[1]) as f64;
             beyond.bound() * white[white.len() - 1] * of_zone / traced
         });
@@ -162,8 +162,12 @@ impl Array<'_> {
     ) -> Vec<(String, Estimate)> {
         let [columns, rows] = self.places.whole;
         let pitch = self.places.pitch_mm;
-        let layout =
-            Layout::rectangular(self.places.axes_mm(), columns, rows, pitch[0].min(pitch[1]));
+        let axes = self.places.axes_mm();
+        let layout = if self.places.is_lattice() {
+            Layout::rectangular(axes, columns, rows, pitch[0].min(pitch[1]))
+        } else {
+            Layout::of_places(axes)
+        };
         let mut read = Bins::new(&vec![1.0; bins[0] * bins[1]], None);
         if bins.iter().all(|count| *count >= 3) {
             let leds = layout.seen_from(middle, self.frame.bin_mm);

@@ -4,8 +4,9 @@
 //! The surface seen first from a point faces it with the region of the point. Two of three
 //! directions decide, because one may pass between two surfaces that share an edge.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
+use crate::error::Error;
 use crate::optics::media::Medium;
 use crate::ray::Ray;
 use crate::shape::{Reach, Shape, Sides};
@@ -55,6 +56,22 @@ pub(super) fn first_seen(
 }
 
 impl Prototype {
+    /// The same turned about its axis, counterclockwise as seen from above.
+    ///
+    /// # Errors
+    /// Surfaces that reach to infinity.
+    pub fn turned(mut self, angle_deg: f64) -> Result<Self, Error> {
+        if angle_deg == 0.0 {
+            return Ok(self);
+        }
+        let rotation = DMat3::from_rotation_z(angle_deg.to_radians());
+        for surface in &mut self.surfaces {
+            surface.shape = surface.shape.turned(&rotation)?;
+        }
+        self.sources = self.sources.into_iter().map(|source| source.turned(&rotation)).collect();
+        Ok(self)
+    }
+
     /// The region in which a point (mm, in the frame of the body) lies: that of the first surface
     /// seen from there, [`Region::World`] where none is. Two of three directions decide; of a point
     /// in a surface nothing is promised.
@@ -116,5 +133,44 @@ mod tests {
             assert_eq!(ball.holds(point), in_ball, "{point}");
         }
         assert!(met.iter().all(|count| *count > 50), "{met:?}");
+    }
+
+    /// What a point lies in turns with the body; the body that is not turned holds other points.
+    #[test]
+    fn a_turned_body_holds_the_turned_points() {
+        let half = DVec3::new(0.5, 1.0, 0.7);
+        let cuboid = Shape::Cuboid(Cuboid::new(-half, half).expect("a box"));
+        let aside = crate::shape::Placement::at(DVec3::new(2.0, 0.0, 0.0));
+        let beside = Shape::placed(vec![cuboid.clone()], crate::shape::Closing::Closed, &aside);
+        let black = |shape: Shape| {
+            Surface::new("box", shape, Region::Opaque, Region::World, &SurfaceModel::Absorber)
+        };
+        let (emitter, emission) =
+            (crate::Emitter::Rectangle { half_x: 0.5, half_y: 1.0 }, crate::Emission::LAMBERTIAN);
+        let top = Source::new("top", DVec3::new(2.0, 0.0, 0.7), Region::World, emitter, emission);
+        let body = Prototype {
+            surfaces: vec![black(cuboid), black(beside.expect("a box"))],
+            sources: vec![top],
+            ..Prototype::default()
+        };
+        let rotation = DMat3::from_rotation_z(30_f64.to_radians());
+        let turned = body.clone().turned(30.0).expect("finite");
+        let mut rng = crate::random::stream(8, 0);
+        let mut others = 0;
+        for _ in 0..10_000 {
+            let mut along = || 6.0 * crate::random::unit(&mut rng) - 3.0;
+            let point = DVec3::new(along(), along(), 0.3 * along());
+            assert_eq!(turned.region_at(rotation * point), body.region_at(point), "{point}");
+            others += usize::from(turned.region_at(point) != body.region_at(point));
+        }
+        assert!(others > 100, "{others}");
+        let [plain, moved] = [&body, &turned].map(|of| {
+            let mut rng = crate::random::stream(9, 0);
+            of.sources[0].sample(0.0, &mut rng)
+        });
+        assert!((rotation * plain.origin - moved.origin).length() < 1e-12);
+        let rise = |ray: &Ray| ray.direction.z;
+        assert!((rise(&plain) - rise(&moved)).abs() < 1e-12);
+        assert!((plain.origin - moved.origin).length() > 0.5);
     }
 }

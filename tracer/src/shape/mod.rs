@@ -51,7 +51,7 @@ pub use torus::{Bend, Torus};
 
 use bsdf::Side;
 use bsdf::direction::Frame;
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
 use crate::error::Error;
@@ -241,6 +241,22 @@ impl Shape {
         match self {
             Self::Placed(placed) => Self::Placed(Arc::new(placed.clipped(clips))),
             other => other.clone(),
+        }
+    }
+
+    /// This shape turned by a rotation about the z axis; bodies of revolution stay as they are.
+    ///
+    /// # Errors
+    /// A shape that reaches to infinity.
+    pub fn turned(&self, rotation: &DMat3) -> Result<Self, Error> {
+        match self {
+            shape if shape.round() => Ok(shape.clone()),
+            Self::Placed(placed) => Ok(Self::Placed(Arc::new(placed.turned(rotation)?))),
+            shape => {
+                let closing = if shape.closed() { Closing::Closed } else { Closing::Open };
+                let placement = Placement { rotation: *rotation, ..Placement::at(DVec3::ZERO) };
+                Self::placed(vec![shape.clone()], closing, &placement)
+            }
         }
     }
 

@@ -193,6 +193,20 @@ impl Placed {
         Self { clips, ..self.clone() }
     }
 
+    /// The same turned by a rotation about the origin of its body.
+    pub(super) fn turned(&self, rotation: &DMat3) -> Result<Self, Error> {
+        let clip = |clip: &Clip| Ok(Clip { solid: clip.solid.turned(rotation)?, ..clip.clone() });
+        let turned = Self {
+            clips: self.clips.iter().map(clip).collect::<Result<_, Error>>()?,
+            rotation: *rotation * self.rotation,
+            origin: *rotation * self.origin,
+            ..self.clone()
+        };
+        let bounds = Bounds::union_of(self.members.iter().map(Shape::bounds));
+        let corners = bounds.corners().map(|corner| turned.outwards(corner));
+        Ok(Self { bounds: Bounds::of_points(corners), ..turned })
+    }
+
     pub(super) fn patches(&self) -> usize {
         if let [member] = &self.members[..] { member.patches() } else { 1 }
     }

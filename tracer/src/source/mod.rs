@@ -9,7 +9,7 @@ pub(crate) mod sobol;
 pub use distribution::Distribution;
 pub use ray_set::{RayRecord, RaySet};
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rand::Rng;
 
 use std::sync::Arc;
@@ -138,6 +138,21 @@ impl Source {
     pub fn lying_along(mut self, along: DVec3) -> Self {
         self.along = Some(along.normalize());
         self
+    }
+
+    /// The same turned by a rotation about the origin of its frame.
+    #[must_use]
+    pub fn turned(self, rotation: &DMat3) -> Self {
+        let (u, _) = self.axes();
+        let emission = match self.emission {
+            Emission::Rays(rays) => Emission::Rays(rays.turned(rotation).into()),
+            Emission::Beam { direction } => Emission::Beam { direction: *rotation * direction },
+            other => other,
+        };
+        let normal = *rotation * self.normal;
+        Self { position: *rotation * self.position, emission, ..self }
+            .facing(normal)
+            .lying_along(*rotation * u)
     }
 
     /// The same with another weight.

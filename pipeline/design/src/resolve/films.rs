@@ -4,6 +4,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use super::polariser;
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::films::{FilmStacks, Films, GivenIndex, IndexSource, Stack};
@@ -22,17 +23,17 @@ pub(crate) fn resolve(
     let dome = raw.dome.as_ref();
     let dome = dome.map_or(&[][..], |dome| &dome.shared.coating);
     let mirror = on_metal("mirror", &raw.mirror.kind, folder, at)?;
-    if mirror.substrate.is_some() && raw.files.mirror.is_some() {
+    if mirror.is_mirror() && raw.files.mirror.is_some() {
+        let key = if mirror.filter.is_some() { "mirror.filter" } else { "mirror.substrate" };
         let expected = "no such table beside [files.mirror]";
-        return Err(at.value("mirror.substrate", "given", expected));
+        return Err(at.value(key, "given", expected));
     }
     let led_top = on_metal("led", &raw.led.kind.0, folder, at)?;
     let sides = raw.led.shared.sides.as_ref();
     let led_sides =
         sides.map(|sides| on_metal("led.sides", &sides.kind, folder, at)).transpose()?;
-    let is_of_metal = |stack: &Stack| stack.substrate.is_some();
-    let has_metal = [&mirror, &led_top].into_iter().chain(&led_sides).any(is_of_metal);
-    if dome.is_empty() && !has_metal {
+    let has_mirror = [&mirror, &led_top].into_iter().chain(&led_sides).any(Stack::is_mirror);
+    if dome.is_empty() && !has_mirror {
         return Ok(None);
     }
     let dome = Stack::new("dome", dome, folder, at)?;
@@ -68,10 +69,10 @@ impl Stack {
             let file = layer.material_file.as_ref();
             Ok((source(&key, layer.index, file, folder, at)?, thickness))
         });
-        Ok(Self { layers: layers.collect::<Result<_, ConfigError>>()?, substrate: None })
+        Ok(Self { layers: layers.collect::<Result<_, ConfigError>>()?, ..Self::default() })
     }
 
-    /// The layers and the metal under them of a specular reflector.
+    /// The layers and the metal under them, or the table, of a specular reflector.
     pub(crate) fn on_metal(
         table: &str,
         stated: &Metal,
@@ -79,6 +80,14 @@ impl Stack {
         at: &Context,
     ) -> Result<Self, ConfigError> {
         let key = format!("{table}.substrate");
+        if let Some(filter) = &stated.filter {
+            if stated.substrate.is_some() || !stated.coating.is_empty() {
+                let expected = "no such table beside `filter`, which says what is reflected";
+                return Err(at.value(&key, "given", expected));
+            }
+            let filter = Some(polariser::filter_shares(filter, &format!("{table}.filter"), at)?);
+            return Ok(Self { filter, ..Self::default() });
+        }
         let Some(metal) = &stated.substrate else {
             if stated.coating.is_empty() {
                 return Ok(Self::default());

@@ -114,15 +114,3 @@ fn holds(dome: &Dome, corner: DVec3) -> bool {
         Dome::Mesh(mesh) => corner.z <= MIN_LENGTH_MM || mesh.shape.holds(corner),
     }
 }
-
-/// Refuses offsets and tilts that are not those of `packages` packages.
-pub(crate) fn one_for_each(led: &Led, packages: usize, at: &Context) -> Result<(), ConfigError> {
-    let lists = [("led.offsets_mm", &led.offsets_mm), ("led.tilts_deg", &led.tilts_deg)];
-    for (key, rows) in lists.map(|(key, list)| (key, list.len())) {
-        if rows != 0 && rows != packages {
-            let expected = format!("a row [x, y] for each of the {packages} packages, or none");
-            return Err(at.value(key, format!("{rows} rows"), &expected));
-        }
-    }
-    Ok(())
-}

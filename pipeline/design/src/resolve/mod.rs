@@ -84,7 +84,8 @@ impl Design {
         };
         let led = led::resolve(&raw.led, dome.as_ref(), &at)?;
         let array = package::array(&raw.array, dome.as_ref(), &led, folder, &at)?;
-        led::one_for_each(&led, array.count(), &at)?;
+        at.one_for_each("led.offsets_mm", led.offsets_mm.len(), array.count())?;
+        at.one_for_each("led.tilts_deg", led.tilts_deg.len(), array.count())?;
         let housing = raw.housing.as_ref();
         let housing = housing.map(|h| package::housing(h, &at)).transpose()?;
         let is_polarised = raw.light.polarization == Carrying::Carried;
@@ -291,8 +292,7 @@ impl Design {
             Err(at.value("receiver.plane_height_mm", plane_mm, &expected))
         };
         let Some(dome) = &self.dome else {
-            let (places, _) = self.led.places(self.array.count());
-            let tops = places.into_iter().map(|place| self.led.at(place).top_mm());
+            let tops = self.led.stated_places().map(|place| self.led.at(place).top_mm());
             return above(tops.fold(0.0, f64::max));
         };
         let meridian = self.outline().map_err(|e| elements::refused(&e, "elements.shapes", at))?;

@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use geometry::profile::SphericalDome;
 
+use super::positions::{MAX_TURN_DEG, Placed};
 use super::{luminescence, positions, scattering};
-use crate::check::Context;
+use crate::check::{Context, MAX_LENGTH_MM};
 use crate::error::ConfigError;
 use crate::resolved::Housing;
 use crate::resolved::array::{Array, PackagePositions};
@@ -20,6 +21,7 @@ use crate::schema::dome::SphereDome;
 use crate::schema::reflectors::{Law, Specular};
 use crate::schema::{Arrangement, ByWavelength, Pitch};
 use crate::{material, schema};
+use runtime::serde_arrays::List;
 
 pub(crate) fn dome(raw: &SphereDome, at: &Context) -> Result<SphericalDome, ConfigError> {
     let sphere_radius_mm = at.length("dome.sphere_radius_mm", raw.sphere_radius_mm)?;
@@ -186,9 +188,15 @@ pub(crate) fn array(
         at.count("array.rows", raw.rows, 1, MAX_ALONG)?;
     }
     let widths = dome.map_or(led.size_mm, |d| [2.0 * d.radius_mm(); 2]);
-    for (pitch_mm, width) in raw.pitch_mm.along().into_iter().zip(widths) {
+    let pitches = raw.pitch_mm.along();
+    let mut distances = pitches;
+    if let (Pitch::Along(_), Arrangement::Hexagonal) = (raw.pitch_mm, raw.arrangement) {
+        // Neighbours in the next row stand aslant.
+        distances[1] = pitches[1].hypot(0.5 * pitches[0]);
+    }
+    for ((pitch_mm, distance_mm), width) in pitches.into_iter().zip(distances).zip(widths) {
         at.length("array.pitch_mm", pitch_mm)?;
-        if pitch_mm < width {
+        if distance_mm < width {
             let expected = format!("at least the width of a package, {width} mm");
             return Err(at.value("array.pitch_mm", pitch_mm, &expected));
         }
@@ -200,23 +208,36 @@ pub(crate) fn array(
             return Err(at.value("array.pitch_mm", pitch_mm, &expected));
         }
     }
-    let expected = match (&raw.positions_file, raw.arrangement) {
-        (Some(_), _) => Some("one number beside positions_file, the least distance allowed"),
-        (None, Arrangement::Hexagonal) => {
-            Some("one number of a hexagonal array, whose rows stand √3/2 of it apart")
-        }
-        (None, Arrangement::Square) => None,
-    };
-    if let (Pitch::Along(pitch), Some(expected)) = (raw.pitch_mm, expected) {
+    if let (Pitch::Along(pitch), Some(_)) = (raw.pitch_mm, &raw.positions_file) {
+        let expected = "one number beside positions_file, the least distance allowed";
         return Err(at.value("array.pitch_mm", format!("{pitch:?}"), expected));
     }
     let (positions, drives) = if let Some(name) = &raw.positions_file {
-        let (positions_mm, drives) =
+        let Placed { positions_mm, turns_deg, drives } =
             positions::load(raw, name, folder).map_err(|e| at.of_files(&e))?;
-        (PackagePositions::List { positions_mm, file: name.clone() }, drives)
+        (PackagePositions::List { positions_mm, turns_deg, file: name.clone() }, drives)
     } else {
         let (columns, rows, arrangement) = (raw.columns, raw.rows, raw.arrangement);
         (PackagePositions::Grid { columns, rows, arrangement }, None)
     };
-    Ok(Array { positions, pitch_mm: raw.pitch_mm, crossing: raw.crossing, drives })
+    for (k, List(offset)) in raw.offsets_mm.iter().enumerate() {
+        for v in offset {
+            at.within(&format!("array.offsets_mm[{}]", k + 1), *v, -MAX_LENGTH_MM, MAX_LENGTH_MM)?;
+        }
+    }
+    for (k, turn) in raw.turns_deg.iter().enumerate() {
+        let key = format!("array.turns_deg[{}]", k + 1);
+        at.within(&key, *turn, -MAX_TURN_DEG, MAX_TURN_DEG)?;
+    }
+    let array = Array {
+        positions,
+        pitch_mm: raw.pitch_mm,
+        crossing: raw.crossing,
+        drives,
+        offsets_mm: raw.offsets_mm.iter().map(|List(offset)| *offset).collect(),
+        turns_deg: raw.turns_deg.clone(),
+    };
+    at.one_for_each("array.offsets_mm", raw.offsets_mm.len(), array.count())?;
+    at.one_for_each("array.turns_deg", raw.turns_deg.len(), array.count())?;
+    Ok(array)
 }

@@ -5,7 +5,8 @@ use super::form::SolidTable;
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::polariser::{PolarisingFace, SharesByAngle, StatedShares};
-use crate::schema::solids::{ByAngle, FilterKeys, PolariserKeys};
+use crate::schema::films::{ByAngle, FilterKeys};
+use crate::schema::solids::PolariserKeys;
 use runtime::serde_arrays::List;
 
 /// What a table of shares needs.
@@ -51,10 +52,19 @@ pub(super) fn filter(
     table: &str,
     at: &Context,
 ) -> Result<PolarisingFace, ConfigError> {
+    filter_shares(stated, table, at).map(PolarisingFace::Unpolarised)
+}
+
+/// The shares of unpolarised light that the table `table` states.
+pub(super) fn filter_shares(
+    stated: &FilterKeys,
+    table: &str,
+    at: &Context,
+) -> Result<StatedShares, ConfigError> {
     if *stated == FilterKeys::default() {
         return Err(at.value(table, "a filter without shares", SHARES));
     }
-    shares_of(table, stated, at).map(PolarisingFace::Unpolarised)
+    shares_of(table, stated, at)
 }
 
 /// Transmittance and reflectance of the table `table`; neither is more than the other leaves of 1.

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `array.positions_file`: where packages stand, as text with x and y in mm, separated by a comma
-//! or by spaces, one package a line, and its power in any unit as a third number, of all or of none.
-//! Lines that begin with `#` and a first line of words are passed over.
+//! `array.positions_file`: where packages stand, as text with numbers separated by a comma or by
+//! spaces, one package a line. A first line of words names the columns ([`NAMES`]); without it they
+//! are x and y in mm and, in all lines or in none, the power in any unit. Lines that begin with `#`
+//! are passed over.
 
 use std::path::Path;
 
-use anyhow::{Context as _, Result, bail, ensure};
+use anyhow::{Context as _, Result, ensure};
 use runtime::bounded_text::{MAX_ROWS, bounded_text};
 
 use crate::schema;
@@ -19,8 +20,22 @@ const MAX_POWER: f64 = 1e9;
 /// Farthest from the origin, mm.
 const FARTHEST: f64 = 1e5;
 
-/// Positions, mm, and the power of each package over the mean of all, where the file states powers.
-pub(crate) type Placed = (Vec<[f64; 2]>, Option<Vec<f64>>);
+/// Largest turn of a package, degrees.
+pub(crate) const MAX_TURN_DEG: f64 = 360.0;
+
+/// Names of columns: x and y in mm, the turn about the axis of the package in degrees, the power.
+const NAMES: [&str; 4] = ["x_mm", "y_mm", "turn_deg", "power"];
+
+/// Packages as a file states them.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct Placed {
+    /// Positions, mm.
+    pub(crate) positions_mm: Vec<[f64; 2]>,
+    /// Turns, degrees; empty where the file states none.
+    pub(crate) turns_deg: Vec<f64>,
+    /// The power of each over the mean of all, where the file states powers that differ.
+    pub(crate) drives: Option<Vec<f64>>,
+}
 
 /// What the file `name` states.
 pub(crate) fn load(array: &schema::Array, name: &str, folder: &Path) -> Result<Placed> {
@@ -37,51 +52,85 @@ pub(crate) fn load(array: &schema::Array, name: &str, folder: &Path) -> Result<P
 }
 
 fn parse(text: &str, pitch_mm: f64) -> Result<Placed> {
-    let mut positions: Vec<([f64; 2], usize)> = Vec::new();
-    let mut powers = Vec::new();
+    let mut columns: Option<Vec<usize>> = None;
+    let mut rows: Vec<([f64; 4], usize)> = Vec::new();
     for (line, number) in text.lines().zip(1..) {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
         let words = line.split(|c: char| c == ',' || c.is_whitespace());
-        let values: Option<Vec<f64>> =
-            words.filter(|word| !word.is_empty()).map(|word| word.parse().ok()).collect();
-        match values.as_deref() {
-            Some(&[x, y, ref power @ ..])
-                if x.abs() <= FARTHEST
-                    && y.abs() <= FARTHEST
-                    && power.len() <= 1
-                    && power.iter().all(|power| (0.0..=MAX_POWER).contains(power)) =>
-            {
-                positions.push(([x, y], number));
-                powers.extend(power);
-                ensure!(
-                    powers.is_empty() || powers.len() == positions.len(),
-                    "line {number}: expected a power in all lines or in none"
-                );
-            }
-            None if positions.is_empty() && number == 1 => {}
-            other => {
-                let got = other.map_or("text".to_owned(), |values| format!("{values:?}"));
-                bail!(
-                    "line {number}: expected x and y in mm, at most {FARTHEST} from 0, and if at all \
-                     a power from 0 to {MAX_POWER:e}, got {got}"
-                )
-            }
-        }
+        let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+        let values: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
+        let is_text = words.first().is_some_and(|word| word.parse::<f64>().is_err());
+        let is_heading = columns.is_none() && is_text;
+        let Some(values) = values.filter(|_| !is_heading) else {
+            ensure!(is_heading, "line {number}: expected numbers, got `{line}`");
+            columns = Some(named(&words).with_context(|| format!("line {number}"))?);
+            continue;
+        };
+        let columns = columns.get_or_insert_with(|| match values.len() {
+            3 => vec![0, 1, 3],
+            _ => vec![0, 1],
+        });
+        let names: Vec<&str> = columns.iter().map(|column| NAMES[*column]).collect();
+        let names = names.join(", ");
+        ensure!(
+            values.len() == columns.len(),
+            "line {number}: expected {} numbers in all lines ({names}), got {}; a first line of names \
+             states other columns, of {}",
+            columns.len(),
+            values.len(),
+            NAMES.join(", ")
+        );
+        let mut row = [0.0; 4];
+        columns.iter().zip(&values).for_each(|(column, value)| row[*column] = *value);
+        let [x, y, turn, power] = row;
+        ensure!(
+            x.abs() <= FARTHEST
+                && y.abs() <= FARTHEST
+                && turn.abs() <= MAX_TURN_DEG
+                && (0.0..=MAX_POWER).contains(&power),
+            "line {number}: expected {names}: places at most {FARTHEST} mm from 0, a turn from \
+             -{MAX_TURN_DEG} to {MAX_TURN_DEG}, a power from 0 to {MAX_POWER:e}, got {values:?}"
+        );
+        rows.push((row, number));
     }
     ensure!(
-        (1..=MAX_POSITIONS).contains(&positions.len()),
+        (1..=MAX_POSITIONS).contains(&rows.len()),
         "expected 1 to {MAX_POSITIONS} positions, got {}",
-        positions.len()
+        rows.len()
     );
-    apart(&positions, pitch_mm)?;
-    let mean = powers.iter().sum::<f64>() / positions.len() as f64;
+    let place = |row: &[f64; 4]| [row[0], row[1]];
+    apart(&rows.iter().map(|(row, line)| (place(row), *line)).collect::<Vec<_>>(), pitch_mm)?;
+    let column = |column: usize| {
+        let is_stated = columns.as_ref().is_some_and(|columns| columns.contains(&column));
+        rows.iter().filter(|_| is_stated).map(|(row, _)| row[column]).collect::<Vec<f64>>()
+    };
+    let (turns_deg, powers) = (column(2), column(3));
+    let mean = powers.iter().sum::<f64>() / rows.len() as f64;
     ensure!(powers.is_empty() || mean > 0.0, "expected a power above 0, got 0 in all lines");
     let is_even = powers.iter().all(|power| power.to_bits() == powers[0].to_bits());
     let drives = (!is_even).then(|| powers.iter().map(|power| power / mean).collect());
-    Ok((positions.into_iter().map(|(at, _)| at).collect(), drives))
+    Ok(Placed { positions_mm: rows.iter().map(|(row, _)| place(row)).collect(), turns_deg, drives })
+}
+
+/// The numbers of the columns of these names.
+fn named(words: &[&str]) -> Result<Vec<usize>> {
+    let number = |word: &&str| NAMES.iter().position(|name| name == word);
+    let columns: Option<Vec<usize>> = words.iter().map(number).collect();
+    let columns = columns.filter(|columns| {
+        let once = (0..columns.len()).all(|k| !columns[..k].contains(&columns[k]));
+        once && [0, 1].iter().all(|place| columns.contains(place))
+    });
+    columns.with_context(|| {
+        let [x, y, turn, power] = NAMES;
+        format!(
+            "expected numbers, or names of columns, each once: {x}, {y} and perhaps {turn} and \
+             {power}, got `{}`",
+            words.join(" ")
+        )
+    })
 }
 
 /// No two may stand nearer than the pitch: sorted by x, only those within a pitch along x are
@@ -107,18 +156,26 @@ fn apart(found: &[([f64; 2], usize)], pitch_mm: f64) -> Result<()> {
 
 #[cfg(test)]
 mod tests {
-    use super::parse;
+    use super::{Placed, parse};
 
     #[test]
     fn positions_in_every_notation() {
         let text = "x_mm,y_mm\n# a comment\n0, 0\n8.3 0\n\n-8.3,\t1e0\n";
-        let (found, drives) = parse(text, 8.0).expect("three positions");
-        assert_eq!(found, [[0.0, 0.0], [8.3, 0.0], [-8.3, 1.0]]);
-        assert_eq!(drives, None);
+        let plain = parse(text, 8.0).expect("three positions");
+        let positions_mm = vec![[0.0, 0.0], [8.3, 0.0], [-8.3, 1.0]];
+        assert_eq!(plain, Placed { positions_mm, ..Placed::default() });
         // Powers count by their mean.
-        let (_, drives) = parse("0 0 3\n9 0 1\n18,0,2\n", 8.0).expect("powers");
-        assert_eq!(drives, Some(vec![1.5, 0.5, 1.0]));
-        assert_eq!(parse("0 0 3\n9 0 3\n", 8.0).expect("powers").1, None);
+        let drives = |text: &str| parse(text, 8.0).expect("powers").drives;
+        assert_eq!(drives("0 0 3\n9 0 1\n18,0,2\n"), Some(vec![1.5, 0.5, 1.0]));
+        assert_eq!(drives("0 0 3\n9 0 3\n"), None);
+        // Named columns come in any order.
+        let all = parse("turn_deg power y_mm x_mm\n45 3 1 0\n-30 1 0 9\n", 8.0).expect("named");
+        let positions_mm = vec![[0.0, 1.0], [9.0, 0.0]];
+        let expected =
+            Placed { positions_mm, turns_deg: vec![45.0, -30.0], drives: Some(vec![1.5, 0.5]) };
+        assert_eq!(all, expected);
+        let turned = parse("x_mm y_mm turn_deg\n0 0 3\n", 8.0).expect("no power");
+        assert_eq!((turned.turns_deg, turned.drives), (vec![3.0], None));
     }
 
     #[test]
@@ -130,11 +187,19 @@ mod tests {
             ("0 0\n1e9 4", "line 2"),
             ("0 0\na b", "line 2"),
             ("0 0\n9 9\n0 7.9", "lines 1 and 3"),
-            ("0 0 1\n9 9", "line 2: expected a power in all lines"),
-            ("0 0\n9 9 1", "line 2: expected a power in all lines"),
+            ("0 0 1\n9 9", "line 2: expected 3 numbers in all lines (x_mm, y_mm, power), got 2"),
+            ("0 0\n9 9 1", "line 2: expected 2 numbers in all lines"),
             ("0 0 -1", "line 1"),
-            ("0 0 1 2", "line 1"),
+            ("0 0 1 2", "line 1: expected 2 numbers"),
+            (",", "line 1: expected 2 numbers"),
+            ("0 0 1 2 3", "a first line of names states other columns"),
             ("0 0 0\n9 9 0", "a power above 0"),
+            ("x_mm y_mm tilt\n0 0 1", "line 1: expected numbers, or names of columns"),
+            ("x_mm x_mm y_mm\n0 0 1", "each once"),
+            ("x_mm power\n0 1", "x_mm, y_mm and perhaps turn_deg and power"),
+            ("x_mm y_mm turn_deg\n0 0", "line 2: expected 3 numbers"),
+            ("x_mm y_mm turn_deg\n0 0 361", "line 2: expected x_mm, y_mm, turn_deg"),
+            ("x_mm y_mm\ny_mm x_mm\n0 0", "line 2: expected numbers, got `y_mm x_mm`"),
         ] {
             let error = format!("{:#}", parse(text, 8.0).expect_err(text));
             assert!(error.contains(says), "{text}: {error}");

@@ -140,7 +140,7 @@ fn dots(
 
 /// Axes of the packages, in a cell that repeats with those of the cells around it, mm.
 fn axes_mm(design: &Design) -> Vec<[f64; 2]> {
-    let own = design.array.axes_mm();
+    let own = design.array.places_mm();
     let Some(half_mm) = design.housing_half_mm().filter(|_| design.is_periodic()) else {
         return own;
     };

@@ -13,7 +13,33 @@ use runtime::bounded_text::{MAX_ROWS, bounded_text};
 use crate::check::Context;
 use crate::error::ConfigError;
 use crate::resolved::files::symmetry_of;
-use crate::schema::sources::TableSource;
+use crate::schema::sources::{FaceLaw, TableSource};
+
+/// Emission of a face by its law, and the symmetry of its light about the normal.
+pub(super) fn of_face(law: &FaceLaw, at: &Context) -> Result<(Emission, Symmetry), ConfigError> {
+    match law {
+        FaceLaw { exponent: Some(exponent), angle_deg: None, intensity: None, across: None } => {
+            let exponent = at.within("exponent", *exponent, 0.0, 1e6)?;
+            Ok((Emission::CosinePower { exponent }, Symmetry::Square))
+        }
+        FaceLaw { exponent: None, angle_deg: Some(angles), intensity, across } => {
+            for angle in angles {
+                at.within("angle_deg", *angle, -90.0, 90.0)?;
+            }
+            let table = TableSource {
+                angle_deg: Some(angles.clone()),
+                intensity: intensity.clone(),
+                across: across.clone(),
+                ..TableSource::default()
+            };
+            emission(&table, Path::new(""), at)
+        }
+        FaceLaw { .. } => {
+            let expected = "either `exponent`, or `angle_deg` and `intensity`";
+            Err(at.value("exponent", "other keys", expected))
+        }
+    }
+}
 
 /// Emission by the table of `raw`, and the symmetry of its light about the axis.
 pub(super) fn emission(

@@ -22,7 +22,7 @@ use crate::resolved::solids::{self, CheckedSolid};
 use crate::resolved::sources::{CheckedEmitter, CheckedSource, EmitterLight, Part};
 use crate::schema;
 use crate::schema::solids::Per;
-use crate::schema::sources::{ChipSource, Source, SourceForm, SourceKeys};
+use crate::schema::sources::{ChipSource, FaceLaw, Source, SourceForm, SourceKeys};
 use runtime::serde_arrays::List;
 
 pub(crate) fn resolve(
@@ -223,21 +223,30 @@ fn chip(
         (DVec3::new(0.0, y, z), DVec3::Y, [x, z]),
         (DVec3::new(0.0, -y, z), -DVec3::Y, [x, z]),
     ];
+    let law = |stated: Option<&FaceLaw>, table: &str| {
+        let prefix = format!("{}{table}.", at.prefix);
+        let at = Context { prefix: &prefix, ..*at };
+        let law = stated.map(|law| source_table::of_face(law, &at)).transpose()?;
+        Ok::<_, ConfigError>(law.unwrap_or((Emission::LAMBERTIAN, Symmetry::Square)))
+    };
+    let (top, of_top) = law(stated.top.as_ref(), "top")?;
+    let (sides, of_sides) = law(stated.sides.as_ref(), "sides")?;
     let emitting = faces.into_iter().zip(powers).filter(|(_, power)| *power > 0.0);
     let sources = emitting.map(|((middle, normal, [half_x, half_y]), power)| {
         let emitter = Emitter::Rectangle { half_x, half_y };
-        tracer::Source::new(&keys.name, middle, region, emitter, Emission::LAMBERTIAN)
+        let emission = if normal == DVec3::Z { &top } else { &sides };
+        tracer::Source::new(&keys.name, middle, region, emitter, emission.clone())
             .facing(normal)
             .weighing(keys.power * power / sum)
     });
     let same = |a: f64, b: f64| a.to_bits() == b.to_bits();
     let [_, right, left, back, front] = powers;
-    let symmetry = if !(same(right, left) && same(back, front)) {
+    let symmetry = if !(same(right, left) && same(back, front)) || of_sides == Symmetry::None {
         Symmetry::None
     } else if same(right, back) && same(x, y) {
         Symmetry::Square
     } else {
         Symmetry::Rectangle
     };
-    Ok((sources.collect(), symmetry))
+    Ok((sources.collect(), symmetry.min(of_top)))
 }

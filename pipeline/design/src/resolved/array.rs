@@ -19,6 +19,12 @@ pub struct Array {
     /// where all are at 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub drives: Option<Vec<f64>>,
+    /// Offset of each package from its place, likewise, mm; empty for nothing.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub offsets_mm: Vec<[f64; 2]>,
+    /// Turn of each package beside that of its file, likewise, degrees; empty for nothing.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub turns_deg: Vec<f64>,
 }
 
 /// Places of packages.
@@ -39,6 +45,9 @@ pub enum PackagePositions {
     List {
         /// (x, y) of each axis, mm.
         positions_mm: Vec<[f64; 2]>,
+        /// Turn of each package about its axis, degrees; empty for nothing.
+        #[serde(skip_serializing_if = "Vec::is_empty")]
+        turns_deg: Vec<f64>,
         /// The file.
         #[serde(skip)]
         file: String,
@@ -73,13 +82,44 @@ impl Array {
     /// The key of the design file that says how near packages stand.
     pub fn distance_key(&self) -> &'static str {
         match self.positions {
+            _ if !self.offsets_mm.is_empty() => "array.offsets_mm",
             PackagePositions::Grid { .. } => "array.pitch_mm",
             PackagePositions::List { .. } => "array.positions_file",
         }
     }
 
-    /// Places of the axes of the packages, (x, y) in mm, row after row.
+    /// Turns of the packages that their file states, degrees; empty for nothing.
+    pub fn stated_turns_deg(&self) -> &[f64] {
+        match &self.positions {
+            PackagePositions::Grid { .. } => &[],
+            PackagePositions::List { turns_deg, .. } => turns_deg,
+        }
+    }
+
+    /// Turn of a package about its axis, degrees.
+    pub fn turn_deg(&self, package: usize) -> f64 {
+        let turns = [self.stated_turns_deg(), &self.turns_deg];
+        turns.into_iter().filter_map(|turns| turns.get(package)).sum()
+    }
+
+    /// True if a package is turned.
+    pub fn is_turned(&self) -> bool {
+        (0..self.count()).any(|package| self.turn_deg(package) != 0.0)
+    }
+
+    /// Where the axes of the packages stand, (x, y) in mm, row after row.
     pub fn axes_mm(&self) -> Vec<[f64; 2]> {
+        let mut axes = self.places_mm();
+        for ([x, y], [along_x, along_y]) in axes.iter_mut().zip(&self.offsets_mm) {
+            *x += along_x;
+            *y += along_y;
+        }
+        axes
+    }
+
+    /// Places of the axes of the packages without their offsets, likewise: what board, walls and
+    /// maps follow.
+    pub fn places_mm(&self) -> Vec<[f64; 2]> {
         let (columns, rows, arrangement) = match &self.positions {
             PackagePositions::List { positions_mm, .. } => return positions_mm.clone(),
             PackagePositions::Grid { columns, rows, arrangement } => {
@@ -88,6 +128,10 @@ impl Array {
         };
         let middle = |k: usize, n: usize| k as f64 - 0.5 * (n as f64 - 1.0);
         let [pitch_x, pitch_y] = self.pitch_mm.along();
+        let rows_mm = match self.pitch_mm {
+            Pitch::Same(pitch_mm) => pitch_mm * 0.75_f64.sqrt(),
+            Pitch::Along(_) => pitch_y,
+        };
         let at = |i: usize, j: usize| {
             let (x, y) = (middle(i, columns), middle(j, rows));
             match arrangement {
@@ -101,7 +145,7 @@ impl Array {
                     } else {
                         0.25
                     };
-                    [(x + shift) * pitch_x, y * pitch_y * 0.75_f64.sqrt()]
+                    [(x + shift) * pitch_x, y * rows_mm]
                 }
             }
         };

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The dome of a checked design: a sphere, a generating curve or a mesh.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use serde::Serialize;
 use tracer::Shape;
 
@@ -105,12 +105,14 @@ impl DomeMesh {
             .all(|[x, y]| self.shape.holds(DVec3::new(x, y, height_mm)))
     }
 
-    /// The closed lines (x, z) in which the plane y = 0 cuts it, mm.
-    pub fn section(&self) -> Vec<Vec<[f64; 2]>> {
+    /// The closed lines (x, z) in which the plane y = 0 cuts it in a turned package, mm.
+    pub fn section(&self, turn_deg: f64) -> Vec<Vec<[f64; 2]>> {
         let Shape::Mesh(mesh) = &self.shape else {
             return Vec::new();
         };
-        let lines = mesh.section(DVec3::ZERO, DVec3::Y).into_iter();
-        lines.map(|line| line.into_iter().map(|at| [at.x, at.z]).collect()).collect()
+        let turn = DMat3::from_rotation_z(turn_deg.to_radians());
+        let lines = mesh.section(DVec3::ZERO, turn.transpose() * DVec3::Y).into_iter();
+        let flat = |at: DVec3| [(turn * at).x, at.z];
+        lines.map(|line| line.into_iter().map(flat).collect()).collect()
     }
 }

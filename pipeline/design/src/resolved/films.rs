@@ -3,12 +3,14 @@
 
 use std::sync::Arc;
 
+use bsdf::{AxisShares, Polariser};
 use num_complex::Complex64;
 use rcwa::material::Material;
 use serde::{Serialize, Serializer};
 use serde_json::json;
 use tracer::{Film, LayeredMirror, SurfaceModel};
 
+use super::polariser::StatedShares;
 use crate::check::Context;
 use crate::error::ConfigError;
 
@@ -37,9 +39,12 @@ pub struct Films {
 
 impl Serialize for Films {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self { dome, mirror: Coats { layers, substrate }, led_top, led_sides, stated: _ } =
-            self;
+        let Self { dome, mirror, led_top, led_sides, stated: _ } = self;
+        let Coats { layers, substrate, reflectance } = mirror;
         let mut films = json!({"dome": dome.layers, "mirror": layers, "substrate": substrate});
+        if let Some(rows) = reflectance {
+            films["mirror_reflectance"] = json!(rows);
+        }
         // Other designs have the fields of those that cannot say otherwise.
         if [led_top, led_sides].into_iter().any(|coats| *coats != Coats::default()) {
             films["led"] = json!([led_top, led_sides]);
@@ -64,9 +69,16 @@ pub(crate) struct FilmStacks {
 pub(crate) struct Stack {
     pub(crate) layers: Vec<(IndexSource, f64)>,
     pub(crate) substrate: Option<IndexSource>,
+    /// The table in their place.
+    pub(crate) filter: Option<StatedShares>,
 }
 
 impl Stack {
+    /// True of a mirror by metal or by a table.
+    pub(crate) fn is_mirror(&self) -> bool {
+        self.substrate.is_some() || self.filter.is_some()
+    }
+
     /// At a wavelength.
     pub(crate) fn at(&self, wavelength_nm: f64, at: &Context) -> Result<Coats, ConfigError> {
         let coat = |(source, thickness_nm): &(IndexSource, f64)| {
@@ -76,6 +88,11 @@ impl Stack {
         Ok(Coats {
             layers: self.layers.iter().map(coat).collect::<Result<_, ConfigError>>()?,
             substrate: substrate.map(|s| s.at(wavelength_nm, at)).transpose()?,
+            reflectance: self
+                .filter
+                .as_ref()
+                .map(|filter| filter.reflectance_at(wavelength_nm, at))
+                .transpose()?,
         })
     }
 }
@@ -89,6 +106,9 @@ pub struct Coats {
     /// Index [n, k] of the metal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub substrate: Option<[f64; 2]>,
+    /// Rows (angle in degrees, reflected share) of a table in their place.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reflectance: Option<Vec<[f64; 2]>>,
 }
 
 /// Origin of an index.
@@ -115,12 +135,20 @@ impl Coats {
         Ok(Some(SurfaceModel::Layered(Arc::new(film))))
     }
 
-    /// The metal with its layers, of which `factor` is kept; `None` where no metal is given.
-    pub fn mirror(
-        &self,
-        wavelength_nm: f64,
-        factor: f64,
-    ) -> Result<Option<SurfaceModel>, tracer::Error> {
+    /// The metal with its layers, or the table, of whose light `factor` is kept; `None` where neither
+    /// is given.
+    ///
+    /// # Errors
+    /// None that the checks have left.
+    pub fn mirror(&self, wavelength_nm: f64, factor: f64) -> anyhow::Result<Option<SurfaceModel>> {
+        if let Some(rows) = &self.reflectance {
+            let kept: Vec<[f64; 2]> =
+                rows.iter().map(|[angle, share]| [*angle, factor * share]).collect();
+            let shares = AxisShares::new(&[[0.0, 0.0]], &kept)?;
+            // Alike indices on both sides: angles are those of the light that it meets.
+            let table = Polariser::of_unpolarised(&shares, [1.0; 2])?;
+            return Ok(Some(SurfaceModel::Coating(Arc::new(table))));
+        }
         let Some([n, k]) = self.substrate else {
             return Ok(None);
         };

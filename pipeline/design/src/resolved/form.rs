@@ -82,6 +82,19 @@ impl Form {
         lifted
     }
 
+    /// The same form in a package that is turned about its axis.
+    #[must_use]
+    pub fn turned(&self, degrees: f64) -> Self {
+        let mut turned = self.clone();
+        if degrees != 0.0 {
+            let rotation = DMat3::from_rotation_z(degrees.to_radians());
+            let Placement { rotation: own, origin, .. } = self.placement;
+            turned.placement.rotation = rotation * own;
+            turned.placement.origin = rotation * origin;
+        }
+        turned
+    }
+
     /// The flat face with which it stands on the bottom: that of a box with one axis upright, or of
     /// an upright body of revolution. `None` for all others, and for what ends above the bottom.
     pub fn footprint(&self) -> Option<Footprint> {

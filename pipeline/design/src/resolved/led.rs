@@ -5,12 +5,10 @@
 //! lowest corner lies on the bottom, z = 0. Its sides go on along its own axis down to the bottom:
 //! what joins a tilted chip to its substrate fills the gap below it and reflects as the sides do.
 
-use std::collections::HashMap;
-
 use serde::Serialize;
 use tracer::glam::{DMat3, DVec3};
 use tracer::shape::Mesh;
-use tracer::{Emission, Shape, Source};
+use tracer::{Shape, Source};
 
 use formats::mesh::BOX_FACES;
 
@@ -88,22 +86,6 @@ impl Led {
             offset_mm: sum(self.offset_mm, &self.offsets_mm),
             tilt_deg: sum(self.tilt_deg, &self.tilts_deg),
         }
-    }
-
-    /// Every place of a box once, and the number of that of each of `packages`.
-    pub fn places(&self, packages: usize) -> (Vec<BoxPlace>, Vec<usize>) {
-        let mut places: Vec<BoxPlace> = Vec::new();
-        let mut known: HashMap<[[u64; 2]; 2], usize> = HashMap::new();
-        let number = |package: usize| {
-            let place = self.place(package);
-            let key = [place.offset_mm, place.tilt_deg].map(|pair| pair.map(f64::to_bits));
-            *known.entry(key).or_insert_with(|| {
-                places.push(place);
-                places.len() - 1
-            })
-        };
-        let numbers = (0..packages).map(number).collect();
-        (places, numbers)
     }
 
     /// The box at `place`.
@@ -186,12 +168,6 @@ impl PlacedBox {
         if self.rotation == DMat3::IDENTITY {
             return Source { position, ..source };
         }
-        let (u, _) = source.axes();
-        let emission = match &source.emission {
-            Emission::Rays(rays) => Emission::Rays(rays.turned(&self.rotation).into()),
-            other => other.clone(),
-        };
-        let normal = self.rotation * source.normal;
-        Source { position, emission, ..source }.facing(normal).lying_along(self.rotation * u)
+        Source { position, ..source.turned(&self.rotation) }
     }
 }

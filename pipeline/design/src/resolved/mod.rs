@@ -23,13 +23,14 @@ pub mod solids;
 pub mod sources;
 pub mod trace_key;
 
+use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
 use array::Array;
 use at_wavelength::LitSources;
 use dome::Dome;
 use films::Films;
-use led::Led;
+use led::{BoxPlace, Led};
 use medium::Medium;
 use prints::CheckedPrint;
 use receivers::CheckedReceiver;
@@ -231,9 +232,33 @@ impl Design {
             .unwrap_or_else(|| self.elements.clone())
     }
 
-    /// Largest |x| and |y| of the axes, mm.
+    /// Every place of a box in its package with the turn of the package once, and the number of that
+    /// of each package.
+    pub fn package_kinds(&self) -> (Vec<(BoxPlace, f64)>, Vec<usize>) {
+        let mut kinds: Vec<(BoxPlace, f64)> = Vec::new();
+        let mut known: HashMap<[u64; 5], usize> = HashMap::new();
+        let number = |package: usize| {
+            let (place, turn) = (self.led.place(package), self.array.turn_deg(package));
+            let ([a, b], [c, d]) = (place.offset_mm, place.tilt_deg);
+            *known.entry([a, b, c, d, turn].map(f64::to_bits)).or_insert_with(|| {
+                kinds.push((place, turn));
+                kinds.len() - 1
+            })
+        };
+        let numbers = (0..self.array.count()).map(number).collect();
+        (kinds, numbers)
+    }
+
+    /// From the axis of a package to the centre of the foot of its box, along x and y of the array, mm.
+    pub fn led_offset_mm(&self, package: usize) -> [f64; 2] {
+        let [x, y] = self.led.place(package).offset_mm;
+        let (sin, cos) = self.array.turn_deg(package).to_radians().sin_cos();
+        [cos * x - sin * y, sin * x + cos * y]
+    }
+
+    /// Largest |x| and |y| of the places of packages, mm.
     pub fn half_extent_mm(&self) -> [f64; 2] {
-        let axes = self.array.axes_mm();
+        let axes = self.array.places_mm();
         [0, 1].map(|k| axes.iter().map(|at| at[k].abs()).fold(0.0, f64::max))
     }
 
@@ -259,19 +284,31 @@ impl Design {
     }
 
     /// Farthest reach of a package from its axis along x (`axis` 0) or y, mm, and the body that
-    /// reaches so far. A box off the axis counts as one on it, so that walls stand still where
-    /// boxes are placed with deviations.
+    /// reaches so far, in the turns that the file of the packages states. A box off the axis counts
+    /// as one on it, so that walls stand still where boxes and packages are placed with deviations.
     pub fn outermost(&self, axis: usize) -> (f64, &str) {
-        let own = match &self.dome {
-            Some(dome) => (dome.radius_mm(), "the dome"),
-            None => (0.5 * self.led.size_mm[axis], "the LED"),
+        let mut turns = self.array.stated_turns_deg().to_vec();
+        turns.sort_by(f64::total_cmp);
+        turns.dedup();
+        if turns.is_empty() {
+            turns.push(0.0);
+        }
+        let of_turn = |degrees: f64| {
+            let (sin, cos) = degrees.to_radians().sin_cos();
+            let [along, across] = [self.led.size_mm[axis], self.led.size_mm[1 - axis]];
+            let own = match &self.dome {
+                Some(dome) => (dome.radius_mm(), "the dome"),
+                None => (0.5 * (cos.abs() * along + sin.abs() * across), "the LED"),
+            };
+            let of_package = self.solids.iter().filter(|solid| solid.per() == Per::Package);
+            let reaches = of_package.filter_map(move |solid| {
+                let around = solid.form.turned(degrees).shape(0.0).ok()?.bounds();
+                Some((around.low[axis].abs().max(around.high[axis].abs()), solid.name()))
+            });
+            [own].into_iter().chain(reaches)
         };
-        let of_package = self.solids.iter().filter(|solid| solid.per() == Per::Package);
-        let reaches = of_package.filter_map(|solid| {
-            let around = solid.form.shape(0.0).ok()?.bounds();
-            Some((around.low[axis].abs().max(around.high[axis].abs()), solid.name()))
-        });
-        reaches.fold(own, |far, other| if other.0 > far.0 { other } else { far })
+        let all = turns.into_iter().flat_map(of_turn);
+        all.fold((0.0, ""), |far, other| if other.0 > far.0 { other } else { far })
     }
 
     /// Radiant flux that all sources of all packages emit together, W.

@@ -68,6 +68,16 @@ impl StatedShares {
         both.filter(|shares| shares.is_spectral()).flat_map(|s| &s.curves).map(|(nm, _)| *nm)
     }
 
+    /// Rows (angle in degrees, reflected share) at a wavelength at which all is stated.
+    pub(crate) fn reflectance_at(
+        &self,
+        wavelength_nm: f64,
+        at: &Context,
+    ) -> Result<Vec<[f64; 2]>, ConfigError> {
+        self.at(wavelength_nm, at)?;
+        self.reflectance.at(wavelength_nm, at)
+    }
+
     pub(crate) fn at(&self, wavelength_nm: f64, at: &Context) -> Result<AxisShares, ConfigError> {
         let transmittance = self.transmittance.at(wavelength_nm, at)?;
         let reflectance = self.reflectance.at(wavelength_nm, at)?;

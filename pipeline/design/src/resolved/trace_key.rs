@@ -257,7 +257,7 @@ fn led_fields(led: &Led) -> Value {
 
 /// Packages at full drive have the fields of designs that cannot say otherwise.
 fn array_fields(array: &Array) -> Value {
-    let Array { positions, pitch_mm, crossing, drives } = array;
+    let Array { positions, pitch_mm, crossing, drives, offsets_mm, turns_deg } = array;
     let positions = match positions {
         PackagePositions::Grid { columns, rows, arrangement } => {
             json!({"columns": columns, "rows": rows, "arrangement": arrangement})
@@ -267,6 +267,9 @@ fn array_fields(array: &Array) -> Value {
     let mut fields = json!({"positions": positions, "pitch_mm": pitch_mm, "crossing": crossing});
     if let Some(drives) = drives {
         fields["drives"] = json!(drives);
+    }
+    if !offsets_mm.is_empty() || array.is_turned() {
+        fields["moved"] = json!([offsets_mm, turns_deg, array.stated_turns_deg()]);
     }
     fields
 }
@@ -354,7 +357,7 @@ mod tests {
         let base = of(|_| {}, all);
         let tolerance: Change = |d| d.hybrid.tolerance = 1e-3;
         let wavelength: Change = |d| d.wavelength_nm = 551.0;
-        let traced: [Change; 16] = [
+        let traced: [Change; 18] = [
             |d| d.led.height_mm = 0.3,
             |d| d.elements.rounding.tip_mm = 1e-3,
             |d| d.elements.rounding.valley_mm = 1e-3,
@@ -364,6 +367,8 @@ mod tests {
             |d| d.led.tilts_deg = vec![[0.0; 2], [0.0, 1.0]],
             |d| d.receiver.bin_mm = 0.05,
             |d| d.array.positions = PackagePositions::SINGLE,
+            |d| d.array.offsets_mm = vec![[0.01, 0.0]; 4],
+            |d| d.array.turns_deg = vec![1.0; 4],
             |d| d.array.drives = Some(vec![1.0, 0.5, 1.0, 0.0]),
             tolerance,
             wavelength,

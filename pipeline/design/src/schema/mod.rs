@@ -181,7 +181,7 @@ pub enum Arrangement {
     /// Package above package, rows one pitch apart.
     #[default]
     Square,
-    /// Every other row half a pitch to the right, rows √3/2 of a pitch apart.
+    /// Every other row half a pitch to the right, rows √3/2 of a pitch apart or as `pitch_mm` states.
     Hexagonal,
 }
 
@@ -245,8 +245,18 @@ pub struct Array {
     pub arrangement: Arrangement,
     /// Text file of 1 to 20 000 positions in place of `columns`, `rows` and `arrangement`: x and y
     /// a line, mm, within 100 000, and the power of the package in any unit, which shares out the
-    /// power of all; form as of `dome.meridian_file`.
+    /// power of all; form as of `dome.meridian_file`. A first line of names states columns in any
+    /// order: `x_mm`, `y_mm`, `turn_deg` (about the axis of the package, -360 to 360), `power`.
     pub positions_file: Option<String>,
+    /// Rows [x, y] by which packages stand off their places, with all that is in them, mm: one a
+    /// package, row after row from the lowest y, along x; of a file its lines. Board, ink and walls
+    /// stay.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub offsets_mm: Vec<List<f64, 2>>,
+    /// Turn of each package about its axis, degrees, in the same order, added to that of the file;
+    /// each -360 to 360.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub turns_deg: Vec<f64>,
     /// False: each package is traced without the others, on the mirror of the whole array, and the
     /// light is added up.
     #[serde(default = "yes")]

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use super::films::{Layer, Substrate};
+use super::films::{FilterKeys, Layer, Substrate};
 use super::{NoKeys, is_default};
 use crate::tagged::{Kinds, Tagged};
 use runtime::serde_arrays::List;
@@ -40,9 +40,13 @@ pub struct Reflectance {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Metal {
-    /// Power reflected per incident power, at every angle, 0 to 1. With `substrate` the share kept
-    /// of what the metal reflects.
+    /// Power reflected per incident power, at every angle, 0 to 1. With `substrate` or `filter` the
+    /// share kept of what these reflect.
     pub reflectance: f64,
+    /// Table of the reflected share over angle and wavelength, as of a filter on a film, of angles in
+    /// the medium before it: a mirror of layers by its data sheet. What is transmitted is absorbed
+    /// behind it. Light leaves it unpolarised. Not beside `substrate`.
+    pub filter: Option<FilterKeys>,
     /// Metal, a table of `index` or `material_file`, whose reflectance follows at every angle. Of
     /// `[mirror]` not with `[files.mirror]`.
     pub substrate: Option<Substrate>,

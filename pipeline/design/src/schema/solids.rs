@@ -10,7 +10,7 @@ use serde::de::{SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::files::lobe_motion;
-use super::films::Layer;
+use super::films::{ByAngle, FilterKeys, Layer};
 use super::reflectors::{Absorbing, Law, Metal, Reflectance, SpecularAndDiffuse};
 use super::{MeshUnit, NoKeys, Silicone, is_default};
 use crate::tagged::{Kinds, Tagged};
@@ -473,19 +473,6 @@ pub struct PolariserKeys {
     pub reflectance: Option<ByAngle>,
 }
 
-/// Keys of a filter, and shares of one axis of a polariser; what they leave of 1 is absorbed.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct FilterKeys {
-    /// Transmitted share: a number from 0 to 1, rows [angle in degrees, share], or rows [wavelength
-    /// in nm, angle, share]; default 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub transmittance: Option<ByAngle>,
-    /// Reflected share, likewise; with `transmittance` at most 1; default 0.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub reflectance: Option<ByAngle>,
-}
-
 /// Keys of a diffuser by its haze, in air at normal incidence.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -507,21 +494,6 @@ pub struct HazeKeys {
 pub struct CoatedFace {
     /// Layers from the film outwards, at least one, as `dome.coating`.
     pub coating: Vec<Layer>,
-}
-
-/// A share at every angle of incidence and wavelength.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(
-    untagged,
-    expecting = "a number, rows [angle in degrees, share] or rows [wavelength in nm, angle, share]"
-)]
-pub enum ByAngle {
-    /// One at all.
-    Constant(f64),
-    /// Angle in degrees and share, ascending; straight lines between, constant beyond.
-    Angles(Vec<List<f64, 2>>),
-    /// Wavelength in nm, angle and share: such rows for each of ascending wavelengths.
-    Spectral(Vec<List<f64, 3>>),
 }
 
 /// `[solids.surface]`: as of `[mirror]` and of `[files.mirror]`.

@@ -42,7 +42,7 @@ pub enum SourceForm {
     Cosine(CosineSource),
     /// Lambertian, on one side.
     Rectangle(RectangleSource),
-    /// Top and four sides of the LED box, Lambertian.
+    /// Top and four sides of the LED box, Lambertian unless `top` and `sides` state other laws.
     Chip(ChipSource),
     /// A point that emits a far field (`.ies`, `.ldt`), whole, or a set of rays (`.tm25ray`,
     /// `.ray`, `.dat`, `.sdf`, `.txt`) that start about it.
@@ -106,6 +106,25 @@ pub struct RectangleSource {
 pub struct ChipSource {
     /// Power of the top and of the sides towards +x, -x, +y and -y, in any unit; one above 0.
     pub face_powers: List<f64, 5>,
+    /// Angular law of the top, about its normal. Default Lambert's.
+    pub top: Option<FaceLaw>,
+    /// The same of the sides.
+    pub sides: Option<FaceLaw>,
+}
+
+/// `[sources.top]`, `[sources.sides]`: `exponent`, or `angle_deg` and `intensity`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FaceLaw {
+    /// Intensity as this power of the cosine to the normal, 0 to 1e6: 1 is Lambert's law.
+    pub exponent: Option<f64>,
+    /// Angles to the normal, degrees, ascending, -90 to 90; as of `kind = "table"`, x of the top
+    /// along x, of a side level.
+    pub angle_deg: Option<Vec<f64>>,
+    /// Intensity at each, in any unit; of Lambert's law the cosine.
+    pub intensity: Option<Vec<f64>>,
+    /// Intensity at each in the plane of y.
+    pub across: Option<Vec<f64>>,
 }
 
 /// Keys of a source by a file.
@@ -131,7 +150,7 @@ pub struct SourceOfFile {
 }
 
 /// Keys of a point with a table of angles.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TableSource {
     /// Middle (x, y, z) in the package, z from the bottom, mm; within 10 m, in the medium of

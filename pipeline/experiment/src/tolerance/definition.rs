@@ -5,9 +5,10 @@ use std::path::Path;
 
 use anyhow::{Context, Result, ensure};
 use serde_json::json;
+use toml::Value;
 
 use design::Design;
-use design::dotted_keys::{Settings, check_entries_stay};
+use design::dotted_keys::{self, Settings, check_entries_stay, numbered};
 use design::resolved::check_paths;
 use metrics::Bounds;
 use metrics::figures::{self, Definition};
@@ -18,7 +19,7 @@ use simulate::model::Model;
 use simulate::observation::check_figure;
 
 use super::deviations::Deviations;
-use super::file::{ConstraintKeys, ToleranceFile};
+use super::file::{ConstraintKeys, ToleranceFile, ToleranceKeys};
 use crate::checked_file::{CheckedFile, Texts};
 use crate::design_file::DesignFile;
 use crate::study::compute::TRACE_VERSION;
@@ -27,6 +28,14 @@ use crate::study::compute::TRACE_VERSION;
 const SAMPLES: usize = 200;
 /// Samples of use: fewer give no quantile, more no news.
 const ALLOWED: std::ops::RangeInclusive<usize> = 8..=100_000;
+
+/// Lists with an entry for each package; true of those whose entries are pairs.
+const PACKAGE_LISTS: [(&str, bool); 4] = [
+    ("array.offsets_mm", true),
+    ("array.turns_deg", false),
+    ("led.offsets_mm", true),
+    ("led.tilts_deg", true),
+];
 
 /// A checked tolerance analysis.
 #[derive(Debug, Clone)]
@@ -92,6 +101,26 @@ pub fn load(path: &Path, texts: &Texts, overrides: Overrides) -> Result<Toleranc
     CheckedFile::load(path, texts, |file| check(file, overrides))
 }
 
+/// `source` with entries of 0 in the lists of packages that deviate and that it does not state.
+fn with_package_lists(
+    source: DesignFile,
+    tolerances: &[ToleranceKeys],
+    packages: usize,
+) -> Result<DesignFile> {
+    let keys = tolerances.iter().flat_map(|of| of.key.iter().chain(of.keys.iter().flatten()));
+    let keys: Vec<String> = keys.map(|key| numbered(&source.table, key)).collect();
+    let is_wanted = |list: &str| {
+        let begins = |key: &String| key.strip_prefix(list).is_some_and(|key| key.starts_with('['));
+        keys.iter().any(begins) && dotted_keys::get(&source.table, list).is_none()
+    };
+    let zero = |is_pair| if is_pair { vec![0.0; 2].into() } else { Value::Float(0.0) };
+    let lists = PACKAGE_LISTS.into_iter().filter(|(list, _)| is_wanted(list));
+    let lists =
+        lists.map(|(list, is_pair)| (list.to_owned(), vec![zero(is_pair); packages].into()));
+    let table = source.table_with(&lists.collect())?;
+    Ok(DesignFile::new(source.path, table))
+}
+
 fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<ToleranceAnalysis> {
     let file = head.keys.clone();
     let source = head.design("design", &file.design)?;
@@ -99,6 +128,7 @@ fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<T
     let table = source.table_with(&file.set).context("set")?;
     let source = DesignFile::new(source.path, table);
     let design = source.with(&Settings::new())?;
+    let source = with_package_lists(source, &file.tolerances, design.array.count())?;
     let model = file.model.unwrap_or(Model::Geometric).available(&design)?;
     let samples = overrides.samples.or(file.samples).unwrap_or(SAMPLES);
     ensure!(

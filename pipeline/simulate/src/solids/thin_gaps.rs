@@ -6,7 +6,7 @@
 
 use anyhow::Result;
 use tracer::Prototype;
-use tracer::glam::DVec3;
+use tracer::glam::{DMat3, DVec3};
 use tracer::shape::{Bounds, Closing, Placement};
 use tracer::{Region, Shape};
 
@@ -79,17 +79,17 @@ fn refuse(
 
 /// Judges a solid that light enters beside the walls and above the bottom.
 fn beside_housing(design: &Design, solid: &CheckedSolid, shape: &Shape) -> Result<()> {
-    let Bounds { low, high } = shape.bounds();
     if solid.medium.is_none() {
         return Ok(());
     }
-    refuse(design, solid, "the bottom", Some(low.z))?;
+    refuse(design, solid, "the bottom", Some(shape.bounds().low.z))?;
     let half = design.housing_half_mm().filter(|_| solid.form.upright_box().is_some());
     let axes = match solid.per() {
         Per::Array => vec![[0.0; 2]],
         Per::Package => design.array.axes_mm(),
     };
-    for at in axes {
+    for (package, at) in axes.into_iter().enumerate() {
+        let Bounds { low, high } = turned_in(design, solid, package, shape)?.bounds();
         for (axis, half) in half.into_iter().flatten().enumerate() {
             for beyond in [half - high[axis] - at[axis], half + low[axis] + at[axis]] {
                 refuse(design, solid, "the walls of the housing", Some(beyond))?;
@@ -97,6 +97,19 @@ fn beside_housing(design: &Design, solid: &CheckedSolid, shape: &Shape) -> Resul
         }
     }
     Ok(())
+}
+
+/// The shape of a solid, turned as its package is.
+fn turned_in(
+    design: &Design,
+    solid: &CheckedSolid,
+    package: usize,
+    shape: &Shape,
+) -> Result<Shape, tracer::Error> {
+    match (solid.per(), design.array.turn_deg(package)) {
+        (Per::Package, turn_deg) if turn_deg != 0.0 => solid.form.turned(turn_deg).shape(0.0),
+        _ => Ok(shape.clone()),
+    }
 }
 
 /// Judges a solid that light enters beside sheets of as many copies.
@@ -144,8 +157,13 @@ fn beside_package(
     for (name, body) in &bodies {
         // An upright box is the same to all that its outline holds: one of them tells.
         let mut is_told = false;
-        for [x, y] in &axes {
+        for (package, [x, y]) in axes.iter().enumerate() {
             let at = DVec3::new(*x, *y, 0.0);
+            let turn = design.array.turn_deg(package).to_radians();
+            let is_turned = is_array && turn != 0.0;
+            let turned = is_turned.then(|| body.turned(&DMat3::from_rotation_z(turn)));
+            let turned = turned.transpose()?;
+            let body = turned.as_ref().unwrap_or(body);
             let bounds = body.bounds().moved(at);
             let wide = bounds.padded(LEAST_MM);
             let is_held = (0..2).all(|k| low[k] <= wide.low[k] && wide.high[k] <= high[k]);
