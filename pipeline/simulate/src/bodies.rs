@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use tracer::Shape;
 use tracer::glam::{DMat3, DVec3};
 
