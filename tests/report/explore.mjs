@@ -68,13 +68,15 @@ const number = (page, path) => slider(page, path).locator("input[type=number]");
 const { context, page } = await open({ viewport: { width: 1400, height: 900 }, acceptDownloads: true });
 const atStart = await page.locator("#sliders .slider").evaluateAll((all) => all.map((one) => one.dataset.path));
 claim(atStart.length >= 6 && atStart.every((path) => /^(array\.pitch_mm|dome\.|silicone\.index|elements\.|films)/.test(path)), `sliders at the start hold pitch, lens and films: ${atStart.join(", ")}`);
-const strangers = await page.evaluate(() => state.fields.filter((field) => !state.text.includes(`[${field.table}]`) && !state.text.includes(`[[${field.table}`)).map((field) => field.path));
+const strangers = await page.evaluate(() => state.fields.filter((field) => !["receiver", "far_field", "trace"].includes(field.table) && !state.text.includes(`[${field.table}]`) && !state.text.includes(`[[${field.table}`)).map((field) => field.path));
 claim(strangers.length === 0, `all numbers are of tables that the design has${strangers.length ? `, not ${strangers}` : ""}`);
 claim((await page.locator("#drawn figure:visible svg").count()) === 4, "section, map, cross-section and far field are drawn");
 await isDone(page);
 const first = await page.locator("#largest b").allInnerTexts();
 claim(first.length >= 4, `figures stand at the top: ${first.join(", ")}`);
 const cut = await page.locator("#largest b").evaluateAll((all) => all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.textContent));
+const torn = await page.locator("#largest b").evaluateAll((all) => all.filter((one) => one.clientHeight > 1.8 * parseFloat(getComputedStyle(one).fontSize)).map((one) => one.textContent));
+claim(first.length >= 5 && torn.length === 0, `at 1400 px each of ${first.length} stands on one line${torn.map((words) => `, not ${words}`).join("")}`);
 claim(cut.length === 0, `no figure at the top is cut${cut.map((words) => `: ${words}`).join("")}`);
 
 // Turned by the keyboard alone.

@@ -2,7 +2,7 @@
 //! Numbers of a design as fields and curves: label, unit, meaning, and the range of a slider.
 //!
 //! Numbers that the file states come in its order, then those of the schema that have a number as
-//! their default in tables that the file has. Lists of numbers, lists of points, also of a file, and
+//! their default in tables that the design has. Lists of numbers, lists of points, also of a file, and
 //! one key of many tables are curves.
 
 use std::path::Path;
@@ -44,6 +44,8 @@ const FIRST: [&str; 25] = [
     "films.bottom.apex_deg",
     "films.bottom.direction_deg",
 ];
+/// Tables that every design has, whether it states them or not.
+const OF_ALL: [&str; 3] = ["receiver", "far_field", "trace"];
 /// Start of the keys of shapes of rings.
 const SHAPES: &str = "elements.shapes[";
 /// Entries from which on a list is a curve.
@@ -183,15 +185,19 @@ impl Found<'_> {
         }));
     }
 
-    /// Numbers that the file leaves to their defaults, in tables that it has.
+    /// Numbers that the file leaves to their defaults, in tables that it has or every design.
     fn defaults(&mut self, written: &toml::Table) {
         let schema = self.schema;
         for (table, of) in schema["properties"].as_object().into_iter().flatten() {
-            let Some(stated) = written.get(table).and_then(Value::as_table) else { continue };
+            let stated = written.get(table).and_then(Value::as_table);
+            if stated.is_none() && !OF_ALL.contains(&&**table) {
+                continue;
+            }
             for (key, one) in of["properties"].as_object().into_iter().flatten() {
                 let default = &one["default"];
                 let default = if default.is_number() { default } else { &of["default"][key] };
-                if let (Some(default), false) = (default.as_f64(), stated.contains_key(key)) {
+                let is_stated = stated.is_some_and(|table| table.contains_key(key));
+                if let (Some(default), false) = (default.as_f64(), is_stated) {
                     self.number(&Value::Float(default), &format!("{table}.{key}"), false);
                 }
             }
@@ -273,7 +279,12 @@ mod tests {
             (&of("hybrid.tolerance")["value"], &of("hybrid.tolerance")["written"]),
             (&json!(2e-3), &json!(false))
         );
-        assert!(fields.iter().all(|field| field["table"] != "far_field" && field["table"] != "files"));
+        // A backlight without domes has no number of theirs.
+        let (bare, _) = super::fields(design::NEW_BACKLIGHT, Path::new(""));
+        let has = |table: &str| bare.iter().any(|field| field["table"] == table);
+        assert_eq!(["far_field", "films", "hybrid", "silicone"].map(has), [true, true, false, false]);
+        let gap = bare.iter().find(|field| field["path"] == "films[3].gap_mm").expect("a gap");
+        assert_eq!(gap["pinned"], true);
         let pinned = fields.iter().filter(|field| field["pinned"] == true);
         let pinned: Vec<_> = pinned.filter_map(|field| field["path"].as_str()).collect();
         let [sphere, height, width] = ["sphere_radius", "height", "width"].map(|key| format!("dome.{key}_mm"));
