@@ -113,7 +113,7 @@ fn candidate(line: &Value) -> Value {
     });
     json!({"at": line["coefficients"], "value": line["value"], "feasible": line["feasible"],
         "objective": line["objective"], "refused": line["refused"],
-        "figures": figures.collect::<Map<_, _>>()})
+        "figures": figures.collect::<Map<String, Value>>()})
 }
 
 #[cfg(test)]

@@ -271,7 +271,7 @@ fn problem_text(request: &Request, design: &Design, file: &str, model: Model) ->
     let mut table = toml::Table::try_from(head)?;
     let terms = toml::Table::from_iter([("terms".to_owned(), toml::Value::try_from(&request.goals)?)]);
     table.insert("variables".to_owned(), toml::Value::try_from(&request.variables)?);
-    table.insert("objective".to_owned(), terms.into());
+    table.insert("objective".to_owned(), toml::Value::Table(terms));
     table.insert("constraints".to_owned(), toml::Value::try_from(&request.constraints)?);
     Ok(format!("# A search that `batwing explore` began.\n\n{}", toml::to_string(&table)?))
 }

@@ -155,7 +155,7 @@ impl Host<'_> {
                 None => whole(204, "application/json", ""),
             },
             "candidates" => {
-                let from = query.strip_prefix("from=").and_then(|from| from.parse().ok());
+                let from = query.strip_prefix("from=").and_then(|from| from.parse::<usize>().ok());
                 of_json(200, &self.session.peek(|search| search.candidates(from.unwrap_or(0))))
             }
             "export" => self.export(query).unwrap_or_else(|fault| refused(&fault)),
