@@ -66,8 +66,18 @@ const UNITS: [(&str, &str); 12] = [
     ("_percent", "%"),
 ];
 /// Keys within 0 and 1.
-const SHARES: [&str; 6] =
-    ["reflectance", "transmittance", "absorptance", "specular_share", "yield", "fill"];
+const SHARES: [&str; 10] = [
+    "reflectance",
+    "transmittance",
+    "absorptance",
+    "specular_share",
+    "yield",
+    "fill",
+    "transmitted",
+    "reflected",
+    "haze",
+    "total_",
+];
 
 /// Fields and curves of the text of a design in `folder`, as the page reads them; both are empty of
 /// what is no TOML.

@@ -295,7 +295,7 @@ mod tests {
 
     #[test]
     fn problem_files_hold_what_was_asked_for() {
-        let design = design::embedded("d1").expect("a design");
+        let design = design::embedded("d1.toml").expect("a design");
         let text = |request: &Request| {
             let text = problem_text(request, &design, "/a \"b\"/own.toml", Model::Geometric);
             text.expect("a text").parse::<toml::Table>().expect("TOML")

@@ -5,8 +5,9 @@
 const OBSERVES = /^(receivers?|far_field|trace|hybrid|files)\b/;
 const search = { number: 0, candidates: [], asked: false, added: [], variables: new Map() };
 
-// Figures that the design has, as problem files name them.
-const figuresHere = () => (frame ? [...frame.figures, ...frame.ledger.map(({ key, label, share }) => ({ key, label: `ledger: ${label}`, value: share, larger_is_better: null, scale: null }))] : []);
+// Figures that the design has, as problem files name them; first those at the top of the page.
+const isFirst = ({ key }) => frame.headline.includes(key);
+const figuresHere = () => (frame ? [...frame.figures.filter(isFirst), ...frame.figures.filter((figure) => !isFirst(figure)), ...frame.ledger.map(({ key, label, share }) => ({ key, label: `ledger: ${label}`, value: share, larger_is_better: null, scale: null }))] : []);
 const numberBox = (label, attributes) => el("input", { type: "number", step: "any", "aria-label": label, ...attributes });
 // The entry of a number; nothing where it is empty.
 const entry = (input) => (input.value === "" ? undefined : Number(input.value));
@@ -51,12 +52,14 @@ const addConstraint = () => figureRow(byId("search-constraints"), "constraint", 
     nodes: [el("label", {}, "at least ", least), el("label", {}, "at most ", most)],
     chosen() {
       const { value, larger_is_better: larger } = figure() || { value: 0, larger_is_better: true };
-      [least.value, most.value] = larger === false ? ["", short(value)] : [short(value), ""];
+      // The present design keeps it.
+      [least.value, most.value] = larger === false ? ["", short(1.01 * value)] : [short(0.99 * value), ""];
     },
     read: () => ({ at_least: entry(least), at_most: entry(most) }),
   };
 });
-on("add-goal", () => addGoal("uniformity"));
+// The first figure of the page that is no goal yet.
+on("add-goal", () => addGoal(figuresHere().map(({ key }) => key).find((key) => [...byId("search-goals").children].every((node) => node.read().figure !== key))));
 on("add-constraint", addConstraint);
 
 // Numbers offered at first: those of pitch, lens and films, and what has a slider or was added.
@@ -150,7 +153,7 @@ function drawMap() {
     const [low, high] = extent(seen.length ? seen : [0, 1]);
     return { low, high, place: (v) => from + ((v - low) / (high - low)) * (to - from) };
   };
-  const [x, y] = [scaled("x", 70, 610), scaled("y", 265, 15)];
+  const [x, y] = [scaled("x", 70, 470), scaled("y", 265, 15)];
   const name = (at, anchor, words) => svg("text", { ...at, "text-anchor": anchor }, words);
   const circle = (point, r, of) => svg("circle", { cx: x.place(point.x), cy: y.place(point.y), r, class: of, onpointerenter: () => sayCandidate(point.i) }, svg("title", {}, `candidate ${point.i + 1}`));
   const marks = points.filter((point) => isNumber(point.x)).map((point) => {
@@ -160,8 +163,8 @@ function drawMap() {
   });
   const bests = points.filter((point) => point.i === best && isNumber(point.x) && isNumber(point.y)).map((point) => circle(point, 8, "best"));
   byId("candidates").replaceChildren(
-    name({ x: 70, y: 283 }, "start", String(short(x.low))), name({ x: 610, y: 283 }, "end", String(short(x.high))), name({ x: 340, y: 296 }, "middle", across),
-    name({ x: 64, y: 265 }, "end", String(short(y.low))), name({ x: 64, y: 24 }, "end", String(short(y.high))), name({ x: 76, y: 14 }, "start", `${up} (filled: meets the constraints; cross: refused)`),
+    name({ x: 70, y: 283 }, "start", String(short(x.low))), name({ x: 470, y: 283 }, "end", String(short(x.high))), name({ x: 270, y: 296 }, "middle", across),
+    name({ x: 64, y: 265 }, "end", String(short(y.low))), name({ x: 64, y: 24 }, "end", String(short(y.high))), name({ x: 76, y: 14 }, "start", `${up} (filled: feasible; cross: refused)`),
     ...marks, ...bests);
   byId("candidates").setAttribute("aria-label", `${search.candidates.length} candidates: ${up} over ${across}`);
   if (best !== null && search.candidates[best]) sayCandidate(best);
