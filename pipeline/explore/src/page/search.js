@@ -6,8 +6,7 @@ const OBSERVES = /^(receivers?|far_field|trace|hybrid|files)\b/;
 const search = { number: 0, candidates: [], asked: false, added: [], variables: new Map() };
 
 // Figures that the design has, as problem files name them; first those at the top of the page.
-const isFirst = ({ key }) => frame.headline.includes(key);
-const figuresHere = () => (frame ? [...frame.figures.filter(isFirst), ...frame.figures.filter((figure) => !isFirst(figure)), ...frame.ledger.map(({ key, label, share }) => ({ key, label: `ledger: ${label}`, value: share, larger_is_better: null, scale: null }))] : []);
+const figuresHere = () => (frame ? [...frame.headline.flatMap((first) => frame.figures.filter(({ key }) => key === first)), ...frame.figures.filter(({ key }) => !frame.headline.includes(key)), ...frame.ledger.map(({ key, label, share }) => ({ key, label: `ledger: ${label}`, value: share, larger_is_better: null, scale: null }))] : []);
 const numberBox = (label, attributes) => el("input", { type: "number", step: "any", "aria-label": label, ...attributes });
 // The entry of a number; nothing where it is empty.
 const entry = (input) => (input.value === "" ? undefined : Number(input.value));
