@@ -292,7 +292,10 @@ mod tests {
         // A backlight without domes has no number of theirs.
         let (bare, _) = super::fields(design::NEW_BACKLIGHT, Path::new(""));
         let has = |table: &str| bare.iter().any(|field| field["table"] == table);
-        assert_eq!(["far_field", "films", "hybrid", "silicone"].map(has), [true, true, false, false]);
+        assert_eq!(
+            ["far_field", "films", "hybrid", "silicone"].map(has),
+            [true, true, false, false]
+        );
         let gap = bare.iter().find(|field| field["path"] == "films[3].gap_mm").expect("a gap");
         assert_eq!(gap["pinned"], true);
         let pinned = fields.iter().filter(|field| field["pinned"] == true);
@@ -315,12 +318,16 @@ mod tests {
         // Points of a file are drawn likewise, and stand in the design once they are moved.
         let text = "[dome]\nmeridian_file = \"lens.csv\" # measured\n";
         assert_eq!(fields(text, folder.path()).1, Vec::<Json>::new());
-        std::fs::write(folder.path().join("lens.csv"), "r, z\n0, 1 # top\n0.5; 0.9; -0.01\n1 0\n").expect("written");
+        std::fs::write(folder.path().join("lens.csv"), "r, z\n0, 1 # top\n0.5; 0.9; -0.01\n1 0\n")
+            .expect("written");
         let (_, curves) = fields(text, folder.path());
         let points = json!([[0.0, 1.0], [0.5, 0.9, -0.01], [1.0, 0.0]]);
         let curve = json!({"path": "dome.meridian_mm", "label": "meridian", "unit": "mm", "points": points, "file": "lens.csv"});
         assert_eq!(curves, [curve]);
         let moved = crate::draft::set(text, "dome.meridian_mm", &json!([[0, 1], [1, 0.5], [1, 0]]));
-        assert_eq!(moved.expect("set"), "[dome]\nmeridian_mm = [[0.0, 1.0], [1.0, 0.5], [1.0, 0.0]]\n");
+        assert_eq!(
+            moved.expect("set"),
+            "[dome]\nmeridian_mm = [[0.0, 1.0], [1.0, 0.5], [1.0, 0.0]]\n"
+        );
     }
 }

@@ -114,7 +114,9 @@ fn ledger(result: &ModelResult) -> Vec<Value> {
     let row = |(key, _): &(String, _)| {
         let share = result.ledger.account(key)?;
         let text = shown::estimate(share, Unit::Fraction);
-        Some(json!({"key": key, "label": key.replace('_', " "), "text": text, "share": share.value}))
+        Some(
+            json!({"key": key, "label": key.replace('_', " "), "text": text, "share": share.value}),
+        )
     };
     seen.filter_map(row).collect()
 }

@@ -72,9 +72,9 @@ struct Variable {
 
 /// Reads what the log of the search of `session` has more than before.
 pub fn follow(session: &Session) {
-    let Some((folder, read)) = session.peek(|search| {
-        search.is_running.then(|| (search.folder.clone(), search.read))
-    }) else {
+    let Some((folder, read)) =
+        session.peek(|search| search.is_running.then(|| (search.folder.clone(), search.read)))
+    else {
         return;
     };
     let Ok(lines) = lines_after(&folder.join(log::FILE), read) else { return };
@@ -172,7 +172,8 @@ impl Request {
     /// A message about the problem with keys and figures in place of their numbers.
     fn named(&self, message: &str) -> String {
         let goals = self.goals.iter().zip(1..).map(|(one, k)| ("objective.terms", k, &one.figure));
-        let bounds = self.constraints.iter().zip(1..).map(|(one, k)| ("constraints", k, &one.figure));
+        let bounds =
+            self.constraints.iter().zip(1..).map(|(one, k)| ("constraints", k, &one.figure));
         let keys = self.variables.iter().zip(1..).map(|(one, k)| ("variables", k, &one.key));
         let mut all = goals.chain(bounds).chain(keys);
         let named = all.find_map(|(list, number, name)| {
@@ -207,8 +208,10 @@ impl Begun {
                     search.found = search.best();
                     let count = search.count();
                     search.note = Some(match search.found {
-                        Some(_) => format!("stopped: the design is the best of {count} candidates, by few paths"),
-                        None => format!("stopped: expected a candidate that meets the constraints, got none in {count}; the design stays"),
+                        Some(_) => format!("stopped: the design is the best of {count} candidates, by few \
+                             paths"),
+                        None => format!("stopped: expected a candidate that meets the constraints, got \
+                             none in {count}; the design stays"),
                     });
                 }
             }
@@ -269,7 +272,8 @@ fn problem_text(request: &Request, design: &Design, file: &str, model: Model) ->
         "verification": {"paths": verified},
     });
     let mut table = toml::Table::try_from(head)?;
-    let terms = toml::Table::from_iter([("terms".to_owned(), toml::Value::try_from(&request.goals)?)]);
+    let terms =
+        toml::Table::from_iter([("terms".to_owned(), toml::Value::try_from(&request.goals)?)]);
     table.insert("variables".to_owned(), toml::Value::try_from(&request.variables)?);
     table.insert("objective".to_owned(), toml::Value::Table(terms));
     table.insert("constraints".to_owned(), toml::Value::try_from(&request.constraints)?);
@@ -317,25 +321,36 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("own.toml");
         let formula = design::NEW_DESIGN.replace("NAME", "own");
-        let formula = formula.replace("width_mm = 2.8", "width_mm = \"1.75 * dome.sphere_radius_mm\"");
+        let formula =
+            formula.replace("width_mm = 2.8", "width_mm = \"1.75 * dome.sphere_radius_mm\"");
         std::fs::write(&path, formula).expect("written");
         let session = Session::open(&path).expect("a session");
         let out = folder.path().join("explored");
-        let varied = |key: &str, from: f64, to: f64| {
-            json!({"variables": [{"key": key, "from": from, "to": to}]})
-        };
+        let varied = |key: &str, from: f64, to: f64| json!({"variables": [{"key": key, "from": from, "to": to}]});
         let near = json!([{"figure": "uniformity", "goal": "target"}]);
         for (more, expected) in [
-            (varied("array.pitch_mm", 6.0, 5.0), "array.pitch_mm: from, to: expected a number and a larger one, got 6 and 5"),
-            (varied("array.pitch_mm", 6.0, 6.0), "array.pitch_mm: from, to: expected a number and a larger one, got 6 and 6"),
-            (varied("array.columns", 2.2, 2.4), "array.columns: from, to: expected bounds with a whole number"),
+            (
+                varied("array.pitch_mm", 6.0, 5.0),
+                "array.pitch_mm: from, to: expected a number and a larger one, got 6 and 5",
+            ),
+            (
+                varied("array.pitch_mm", 6.0, 6.0),
+                "array.pitch_mm: from, to: expected a number and a larger one, got 6 and 6",
+            ),
+            (
+                varied("array.columns", 2.2, 2.4),
+                "array.columns: from, to: expected bounds with a whole number",
+            ),
             (varied("array.no", 1.0, 2.0), "array.no: "),
             (varied("dome.width_mm", 1.0, 2.0), "dome.width_mm: expected a number to change, got"),
             (json!({"variables": []}), "variables: expected at least one, got none"),
             (json!({"goals": []}), "objective.terms: expected at least one, got none"),
             (json!({"goals": near}), "uniformity: target: expected it with goal"),
             (json!({"goals": [{"figure": "glow", "goal": "maximise"}]}), "glow: figure"),
-            (json!({"constraints": [{"figure": "uniformity", "at_least": 2, "at_most": 1}]}), "uniformity: "),
+            (
+                json!({"constraints": [{"figure": "uniformity", "at_least": 2, "at_most": 1}]}),
+                "uniformity: ",
+            ),
             (json!({"constraints": [{"figure": "uniformity"}]}), "uniformity: "),
             (json!({"generations": 0}), "generations: expected 1 to 1000, got 0"),
         ] {
