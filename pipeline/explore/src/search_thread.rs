@@ -208,10 +208,14 @@ impl Begun {
                     search.found = search.best();
                     let count = search.count();
                     search.note = Some(match search.found {
-                        Some(_) => format!("stopped: the design is the best of {count} candidates, by few \
-                             paths"),
-                        None => format!("stopped: expected a candidate that meets the constraints, got \
-                             none in {count}; the design stays"),
+                        Some(_) => format!(
+                            "stopped: the design is the best of {count} candidates, by few \
+                             paths"
+                        ),
+                        None => format!(
+                            "stopped: expected a candidate that meets the constraints, got \
+                             none in {count}; the design stays"
+                        ),
                     });
                 }
             }
