@@ -393,7 +393,7 @@ claim(offered.includes("array.pitch_mm") && offered.includes("dome.height_mm") &
 const inVariables = (path, side) => page.locator(`.search-row:has([data-varied="${path}"]) input[data-side=${side}]`);
 const isIdle = () => page.waitForFunction(() => state.search && !state.search.running, null, { timeout: 240000 });
 for (const path of offered) await page.locator(`[data-varied="${path}"]`).setChecked(["array.pitch_mm", "dome.height_mm"].includes(path));
-const [from, to] = [await inVariables("array.pitch_mm", "low").inputValue(), await inVariables("array.pitch_mm", "high").inputValue()];
+const [least, most] = [await inVariables("array.pitch_mm", "low").inputValue(), await inVariables("array.pitch_mm", "high").inputValue()];
 const ask = async (start, end, why) => {
   await inVariables("array.pitch_mm", "low").fill(start);
   await inVariables("array.pitch_mm", "high").fill(end);
@@ -401,11 +401,11 @@ const ask = async (start, end, why) => {
   await page.locator("#search-error:not(:empty)", { hasText: why }).waitFor();
   return page.locator("#search-error").innerText();
 };
-const crossed = await ask(to, from, "larger one");
+const crossed = await ask(most, least, "larger one");
 claim(/^array\.pitch_mm: from, to: expected a number and a larger one, got/.test(crossed), `a range that is none: ${crossed}`);
-claim(/both ends/.test(await ask(from, "", "both ends")) && !existsSync(join(folder, "explored")), "and nothing is written");
+claim(/both ends/.test(await ask(least, "", "both ends")) && !existsSync(join(folder, "explored")), "and nothing is written");
 forgive(/400 \(Bad Request\)/);
-await inVariables("array.pitch_mm", "high").fill(to);
+await inVariables("array.pitch_mm", "high").fill(most);
 await page.locator("#add-goal").click();
 const second = page.locator("#search-goals .search-row").nth(1);
 await second.locator("select.figure").selectOption("beam_angle_deg");
