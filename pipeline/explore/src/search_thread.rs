@@ -113,12 +113,12 @@ pub struct Begun {
 ///
 /// # Errors
 /// What is asked for is no problem: nothing is written; a search that is running.
-pub fn begin(session: &Session, request: Request, out: &Path) -> Result<Begun, Fault> {
+pub fn begin(session: &Session, request: &Request, out: &Path) -> Result<Begun, Fault> {
     let (design, model, text) = session.present()?;
     let refuse = |error: anyhow::Error| Fault::new(format!("{error:#}"));
     let file = std::path::absolute(session.path()).map_err(|e| refuse(e.into()))?;
     let file = file.display().to_string();
-    let words = problem_text(&request, &design, &file, model).map_err(refuse)?;
+    let words = problem_text(request, &design, &file, model).map_err(refuse)?;
     let folder = free_folder(out, &design.name).map_err(refuse)?;
     let problem = folder.join("problem.toml");
     let name = problem.display().to_string();
@@ -358,12 +358,12 @@ mod tests {
             (json!({"constraints": [{"figure": "uniformity"}]}), "uniformity: "),
             (json!({"generations": 0}), "generations: expected 1 to 1000, got 0"),
         ] {
-            let fault = begin(&session, request(&more), &out).expect_err("refused");
+            let fault = begin(&session, &request(&more), &out).expect_err("refused");
             assert!(fault.message().starts_with(expected), "{more}: {}", fault.message());
             assert!(!fault.message().contains("problem.toml"), "{}", fault.message());
             assert!(!out.exists() && session.peek(|search| search.number) == 0);
         }
-        begin(&session, request(&json!({})), &out).expect("a problem");
+        begin(&session, &request(&json!({})), &out).expect("a problem");
         assert!(out.join("own-search-1/problem.toml").exists());
     }
 }

@@ -181,7 +181,7 @@ impl Host<'_> {
         let begun = object(request.body.as_deref()).and_then(|body| {
             let asked = serde_json::from_value(body).map_err(|e| Fault::new(e.to_string()));
             let begun =
-                asked.and_then(|asked| search_thread::begin(session, asked, &self.options.out));
+                asked.and_then(|asked| search_thread::begin(session, &asked, &self.options.out));
             begun.map_err(|fault| Box::new(refused(&fault)))
         });
         let (answer, begun) = match begun {
