@@ -34,13 +34,13 @@ pub struct Search {
     /// Bytes of the log that were read.
     pub read: u64,
     /// As the page reads them.
-    candidates: Vec<Value>,
+    pub(crate) candidates: Vec<Value>,
     /// Whole generations.
-    generations: usize,
+    pub(crate) generations: usize,
     /// Candidates before the generation under way.
-    before: usize,
+    pub(crate) before: usize,
     /// The feasible candidate of the least value.
-    best: Option<usize>,
+    pub(crate) best: Option<usize>,
 }
 
 impl Search {
