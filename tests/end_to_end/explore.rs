@@ -2,6 +2,7 @@
 //! The live view: its figures are those of `run`, its file changes when it is saved, and nobody but
 //! its own page can reach it.
 
+use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
@@ -349,18 +350,19 @@ fn the_same_seed_has_the_same_candidates_and_the_end_of_the_server_ends_a_search
         live.post("optimise", &search([4.0, 6.0], 1000));
         let first = live.candidates(18);
         let folder = live.folder.path().join("explored/own-search-1");
+        let own_files = BTreeSet::from(["log.jsonl", "problem.toml"].map(str::to_owned));
         let names = || {
             let files = std::fs::read_dir(&folder).expect("a folder");
             let names = files.map(|file| file.expect("a file").file_name().into_string());
-            names.collect::<Result<std::collections::BTreeSet<_>, _>>().expect("names")
+            names.collect::<Result<BTreeSet<_>, _>>().expect("names")
         };
-        assert_eq!(names(), ["log.jsonl", "problem.toml"].map(str::to_owned).into());
+        assert_eq!(names(), own_files);
         // The folder goes with what runs in it.
         let id = live.child.id().to_string();
         Command::new("kill").args(["-INT", &id]).status().expect("signalled");
         let mut live = live;
         assert!(live.child.wait().expect("ends").success());
-        assert_eq!(names(), ["log.jsonl", "problem.toml"].map(str::to_owned).into());
+        assert_eq!(names(), own_files);
         assert_eq!(std::fs::read_to_string(live.file()).expect("read"), own());
         first
     };
