@@ -198,7 +198,6 @@ impl Begun {
             let _ = fs::remove_dir_all(&self.folder);
         }
         let is_kept = session.search(|search| {
-            search.is_running = false;
             match searched {
                 Ok(found) => search.found = Some(found),
                 Err(error) if !self.interrupt.is_raised() => {
@@ -225,6 +224,7 @@ impl Begun {
             let note = format!("stopped; the design does not take the best: {}", fault.message());
             session.search(|search| search.note = Some(note));
         }
+        session.search(|search| search.is_running = false);
     }
 }
 
