@@ -2,6 +2,7 @@
 //! The live view: its figures are those of `run`, its file changes when it is saved, and nobody but
 //! its own page can reach it.
 
+use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
@@ -277,6 +278,95 @@ fn exports_and_reports_are_those_of_the_commands() {
     // Nothing of it stays.
     assert_eq!(std::fs::read_dir(at).expect("a folder").count(), 2);
     assert!(live.ends());
+}
+
+/// A search for more uniform light by pitch and height.
+fn search(pitch_mm: [f64; 2], generations: usize) -> Value {
+    json!({
+        "goals": [{"figure": "uniformity", "goal": "maximise"},
+            {"figure": "extraction_efficiency", "goal": "target", "target": 0.9, "scale": 0.01}],
+        "constraints": [{"figure": "extraction_efficiency", "at_least": 0.5}],
+        "variables": [{"key": "array.pitch_mm", "from": pitch_mm[0], "to": pitch_mm[1]},
+            {"key": "dome.height_mm", "from": 0.9, "to": 1.2}],
+        "generations": generations,
+    })
+}
+
+impl Live {
+    /// The first candidates of its search, once there are so many.
+    fn candidates(&self, count: usize) -> Vec<Value> {
+        let until = Instant::now() + Duration::from_mins(4);
+        while Instant::now() < until {
+            let all: Value = serde_json::from_str(&self.get("candidates?from=0").1).expect("JSON");
+            let all = all["candidates"].as_array().expect("candidates");
+            if all.len() >= count {
+                return all[..count].to_vec();
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        panic!("no candidates: {}", self.state()["search"]);
+    }
+}
+
+#[test]
+fn candidates_come_as_they_are_found_and_a_stop_keeps_the_best() {
+    let live = Live::start(&own());
+    let before = live.state();
+    let (status, said) = live.post("optimise", &search([6.0, 5.0], 2));
+    let expected = "array.pitch_mm: from, to: expected a number and a larger one, got 6 and 5";
+    assert_eq!((status, &said["error"]["message"]), (400, &json!(expected)));
+    let mut of_file = search([4.0, 6.0], 2);
+    of_file["goals"][0]["file"] = "/etc/passwd".into();
+    assert_eq!(live.post("optimise", &of_file).0, 400);
+    let explored = live.folder.path().join("explored");
+    assert!(!explored.exists() && live.state() == before);
+    assert_eq!(live.post("optimise", &search([4.0, 6.0], 1000)).0, 200);
+    assert_eq!(live.post("optimise", &search([4.0, 6.0], 2)).0, 400);
+    // The first generation is not yet whole.
+    assert!(live.candidates(3).iter().all(|one| one["feasible"] == true));
+    live.candidates(20);
+    live.post("optimise/stop", &json!({}));
+    let until = Instant::now() + Duration::from_mins(1);
+    while live.state()["search"]["running"] == true && Instant::now() < until {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let state = live.state();
+    let best = state["search"]["best"].as_u64().expect("a best candidate") as usize;
+    let all = live.candidates(state["search"]["candidates"].as_u64().expect("a number") as usize);
+    let value = |one: &Value| one["value"].as_f64().unwrap_or(f64::INFINITY);
+    assert!(all.iter().all(|one| value(one) >= value(&all[best])), "{best}: {all:?}");
+    let kept: toml::Table = state["text"].as_str().expect("a text").parse().expect("TOML");
+    let at = [&kept["array"]["pitch_mm"], &kept["dome"]["height_mm"]].map(toml::Value::as_float);
+    assert_eq!(json!(at), all[best]["at"], "{}", state["search"]);
+    live.post("undo", &json!({}));
+    assert_eq!(live.state()["text"], before["text"]);
+    assert!(live.ends());
+}
+
+#[test]
+fn the_same_seed_has_the_same_candidates_and_the_end_of_the_server_ends_a_search() {
+    let searched = || {
+        let live = Live::start(&own());
+        live.post("optimise", &search([4.0, 6.0], 1000));
+        let first = live.candidates(18);
+        let folder = live.folder.path().join("explored/own-search-1");
+        let own_files = BTreeSet::from(["log.jsonl", "problem.toml"].map(str::to_owned));
+        let names = || {
+            let files = std::fs::read_dir(&folder).expect("a folder");
+            let names = files.map(|file| file.expect("a file").file_name().into_string());
+            names.collect::<Result<BTreeSet<_>, _>>().expect("names")
+        };
+        assert_eq!(names(), own_files);
+        // The folder goes with what runs in it.
+        let id = live.child.id().to_string();
+        Command::new("kill").args(["-INT", &id]).status().expect("signalled");
+        let mut live = live;
+        assert!(live.child.wait().expect("ends").success());
+        assert_eq!(names(), own_files);
+        assert_eq!(std::fs::read_to_string(live.file()).expect("read"), own());
+        first
+    };
+    assert_eq!(searched(), searched());
 }
 
 #[test]

@@ -8,7 +8,7 @@
 // one of them fails. Needs playwright-core of package.json.
 
 import { spawn } from "node:child_process";
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { createInterface } from "node:readline";
@@ -66,12 +66,17 @@ const slider = (page, path) => page.locator(`#sliders [data-path="${path}"]`);
 const number = (page, path) => slider(page, path).locator("input[type=number]");
 
 const { context, page } = await open({ viewport: { width: 1400, height: 900 }, acceptDownloads: true });
-claim((await page.locator("#sliders .slider").count()) >= 6, `${await page.locator("#sliders .slider").count()} sliders stand there at the start`);
+const atStart = await page.locator("#sliders .slider").evaluateAll((all) => all.map((one) => one.dataset.path));
+claim(atStart.length >= 6 && atStart.every((path) => /^(array\.pitch_mm|dome\.|silicone\.index|elements\.|films)/.test(path)), `sliders at the start hold pitch, lens and films: ${atStart.join(", ")}`);
+const strangers = await page.evaluate(() => state.fields.filter((field) => !["receiver", "far_field", "trace"].includes(field.table) && !state.text.includes(`[${field.table}]`) && !state.text.includes(`[[${field.table}`)).map((field) => field.path));
+claim(strangers.length === 0, `all numbers are of tables that the design has${strangers.length ? `, not ${strangers}` : ""}`);
 claim((await page.locator("#drawn figure:visible svg").count()) === 4, "section, map, cross-section and far field are drawn");
 await isDone(page);
 const first = await page.locator("#largest b").allInnerTexts();
 claim(first.length >= 4, `figures stand at the top: ${first.join(", ")}`);
 const cut = await page.locator("#largest b").evaluateAll((all) => all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.textContent));
+const torn = await page.locator("#largest b").evaluateAll((all) => all.filter((one) => one.clientHeight > 1.8 * parseFloat(getComputedStyle(one).fontSize)).map((one) => one.textContent));
+claim(first.length >= 5 && torn.length === 0, `at 1400 px each of ${first.length} stands on one line${torn.map((words) => `, not ${words}`).join("")}`);
 claim(cut.length === 0, `no figure at the top is cut${cut.map((words) => `: ${words}`).join("")}`);
 
 // Turned by the keyboard alone.
@@ -90,6 +95,11 @@ claim(readFileSync(file, "utf8") === original, "the file is as it was");
 
 // A drag is one step of the history, ends at its last value, and the slider follows what is undone.
 const PLANE = "receiver.plane_height_mm";
+await page.locator("#fold-numbers > summary").click();
+await page.locator("#search").fill("plane_height");
+await page.locator(`#numbers [data-path="${PLANE}"] .pin`).last().click();
+await page.locator("#search").fill("");
+await page.locator("#fold-numbers > summary").click();
 const thumb = slider(page, PLANE).locator("input[type=range]");
 const [rest, height] = [await thumb.inputValue(), await number(page, PLANE).inputValue()];
 await page.evaluate(() => {
@@ -246,6 +256,23 @@ await meridian.locator("circle").nth(2).focus();
 await page.keyboard.press("ArrowUp");
 await page.waitForFunction(() => isSettled() && !/0\.3\]/.test(state.text));
 claim(rows(await draft(page))[1][2] === -0.07, "what is not seen of a point is that of the draft");
+// The curve of a file is dragged likewise: its points stand in the design, and the file stays.
+const lens = "r, z\n0, 1.0\n1.0, 0.7, -0.05 # shoulder\n1.7, 0.3\n1.7, 0\n";
+writeFileSync(join(folder, "lens.csv"), lens);
+const ofFile = smooth.replace(/meridian_mm = .*/, 'meridian_file = "lens.csv"');
+await page.locator("#text").fill(ofFile);
+await page.waitForFunction(() => state.curves.some((curve) => curve.file === "lens.csv"));
+claim(/of lens\.csv; what is dragged stands in the design/.test(await meridian.innerText()), "the curve of a file is drawn and says whose it is");
+await meridian.scrollIntoViewIfNeeded();
+const [rightOf, lowOf] = await atPoint(1);
+await page.mouse.move(rightOf, lowOf);
+await page.mouse.down();
+await page.mouse.move(rightOf, lowOf - 12, { steps: 4 });
+await page.mouse.up();
+await page.waitForFunction(() => isSettled() && !state.text.includes("meridian_file"));
+claim(rows(await draft(page))[1][1] > 0.7 && rows(await draft(page)).length === 4 && readFileSync(join(folder, "lens.csv"), "utf8") === lens, `and dragged: ${rows(await draft(page))[1].join(", ")}`);
+await page.locator("#undo").click();
+await isDraft(page, 'meridian_file = "lens.csv"');
 await page.locator("#text").fill(good);
 await curve.waitFor({ state: "hidden" });
 await meridian.waitFor({ state: "hidden" });
@@ -361,27 +388,63 @@ await page.waitForFunction(() => isSettled());
 
 // Searched from here.
 await page.locator("#optimise").click();
-const sought = await page.locator("#search-figure option").allTextContents();
-claim(sought.length > 3 && sought.every((words) => /, to (grow|fall)$/.test(words)) && sought.some((words) => /to fall$/.test(words)), `figures that are sought say which way: ${sought.slice(0, 3).join("; ")}`);
+const offered = await page.locator("#search-variables [data-varied]").evaluateAll((all) => all.map((one) => one.dataset.varied));
+claim(offered.includes("array.pitch_mm") && offered.includes("dome.height_mm") && !offered.some((path) => /^receiver/.test(path)), `a search offers ${offered.join(", ")}`);
+const inVariables = (path, side) => page.locator(`.search-row:has([data-varied="${path}"]) input[data-side=${side}]`);
+const isIdle = () => page.waitForFunction(() => state.search && !state.search.running, null, { timeout: 240000 });
+for (const path of offered) await page.locator(`[data-varied="${path}"]`).setChecked(["array.pitch_mm", "dome.height_mm"].includes(path));
+const [least, most] = [await inVariables("array.pitch_mm", "low").inputValue(), await inVariables("array.pitch_mm", "high").inputValue()];
+const ask = async (start, end, why) => {
+  await inVariables("array.pitch_mm", "low").fill(start);
+  await inVariables("array.pitch_mm", "high").fill(end);
+  await page.locator("#search-start").click();
+  await page.locator("#search-error:not(:empty)", { hasText: why }).waitFor();
+  return page.locator("#search-error").innerText();
+};
+const crossed = await ask(most, least, "larger one");
+claim(/^array\.pitch_mm: from, to: expected a number and a larger one, got/.test(crossed), `a range that is none: ${crossed}`);
+claim(/both ends/.test(await ask(least, "", "both ends")) && !existsSync(join(folder, "explored")), "and nothing is written");
+forgive(/400 \(Bad Request\)/);
+await inVariables("array.pitch_mm", "high").fill(most);
+await page.locator("#add-goal").click();
+const second = page.locator("#search-goals .search-row").nth(1);
+await second.locator("select.figure").selectOption("beam_angle_deg");
+claim((await second.locator("select").nth(1).inputValue()) === "target" && Number(await second.locator("input").first().inputValue()) > 0, "a width is sought near a target");
+await second.locator("input").first().fill("120");
+await page.locator("#add-constraint").click();
+await page.locator("#search-constraints input").first().fill("0.5");
+await page.locator("#search-generations").fill("1000");
+const sound = await draft(page);
+await page.locator("#search-start").click();
+await page.waitForFunction(() => document.querySelectorAll("#candidates circle").length > 8, null, { timeout: 240000 });
+await page.waitForFunction(() => state.search.best !== null);
+claim((await draft(page)) === sound && (await page.locator("#candidates circle.best").count()) === 1, "candidates come into the map as they are found, and the best is marked");
+await page.locator("#map-up").selectOption("beam_angle_deg");
+await page.locator("#fold-search").scrollIntoViewIfNeeded();
+await page.screenshot({ path: join(pictures, "explore-search.png") });
+await page.locator("#search-stop").click();
+await isIdle();
+await page.waitForFunction((before) => isSettled() && state.text !== before, sound);
+const kept = await page.evaluate(() => ({ at: search.candidates[state.search.best].at, pitch: state.fields.find((field) => field.path === "array.pitch_mm").value, note: state.search.note }));
+claim(kept.at.includes(kept.pitch), `stop keeps the best, pitch ${kept.pitch} mm: ${kept.note}`);
+await page.locator("#undo").click();
+await page.waitForFunction((before) => state.text === before, sound);
+claim(true, "which Undo undoes");
 await page.locator("#search-generations").fill("1");
 await page.locator("#search-start").click();
-await page.waitForFunction(() => !document.getElementById("search-take").disabled, null, { timeout: 240000 });
-const sound = await draft(page);
-await page.locator("#search-close").click();
+await page.waitForFunction(() => state.search.number === 2);
+await isIdle();
+await page.waitForFunction(() => !document.getElementById("search-take").disabled);
 await page.locator("#text").fill(sound.replace("[array]", "[array"));
 await page.locator("#line.fault").waitFor();
-await page.locator("#optimise").click();
 await page.locator("#search-take").click();
 await page.locator("#search-error:not(:empty)").waitFor();
-claim(await page.locator("#search-dialog").isVisible(), "what was found is not taken into a text that is no design, and the dialog says so");
+claim(true, "what was found is not taken into a text that is no design, and the panel says so");
 forgive(/400 \(Bad Request\)/);
-await page.locator("#search-close").click();
 await page.locator("#text").fill(sound);
 await page.locator("#line:not(.fault)").waitFor({ state: "attached" });
-await page.locator("#optimise").click();
 await page.locator("#search-take").click();
-await page.locator("#search-dialog").waitFor({ state: "hidden" });
-await page.waitForFunction(() => document.getElementById("file").textContent.includes("•"));
+await page.waitForFunction((before) => isSettled() && state.text !== before, sound);
 claim(true, "a search found a design, and the draft took it");
 
 // In three dimensions.

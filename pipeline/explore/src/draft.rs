@@ -103,6 +103,10 @@ fn put(root: &mut Item, path: &str, new: &Value) -> Result<()> {
                 let table = at.as_table_like_mut();
                 let table =
                     table.with_context(|| format!("{path}: expected a table before {key}"))?;
+                if key == "meridian_mm" {
+                    // Points in the design stand in the place of those of a file.
+                    table.remove("meridian_file");
+                }
                 table.entry(key).or_insert(Item::None)
             }
         };

@@ -2,8 +2,10 @@
 //! Numbers of a design as fields and curves: label, unit, meaning, and the range of a slider.
 //!
 //! Numbers that the file states come in its order, then those of the schema that have a number as
-//! their default. Lists of numbers, lists of points, and one key of many tables are curves.
+//! their default in tables that the design has. Lists of numbers, lists of points, also of a file, and
+//! one key of many tables are curves.
 
+use std::path::Path;
 use std::sync::OnceLock;
 
 use serde_json::{Value as Json, json};
@@ -11,22 +13,41 @@ use toml::Value;
 
 use design::dotted_keys::number;
 use design::json_schema::{NumberKind, number_kind, of_designs};
+use design::resolve::rows_in_file;
 
-/// Keys that have a slider from the start, where the design has them.
-const PINNED: [&str; 12] = [
+/// Keys of pitch, lens and films, of any entry of a list: where the design states them, they have a
+/// slider from the start and are what a search offers first.
+const FIRST: [&str; 25] = [
     "array.pitch_mm",
-    "receiver.plane_height_mm",
     "dome.sphere_radius_mm",
     "dome.height_mm",
     "dome.width_mm",
     "silicone.index",
-    "led.size_mm[1]",
-    "led.size_mm[2]",
-    "led.height_mm",
     "elements.width_um",
-    "elements.shapes[1].apex_angle_deg",
-    "mirror.reflectance",
+    "elements.shapes.inner_base_angle_deg",
+    "elements.shapes.apex_angle_deg",
+    "elements.shapes.outer_base_angle_deg",
+    "films.z_mm",
+    "films.gap_mm",
+    "films.thickness_mm",
+    "films.medium.scattering_per_mm",
+    "films.top.haze",
+    "films.top.total_transmittance",
+    "films.top.transmitted",
+    "films.top.width_deg",
+    "films.top.apex_deg",
+    "films.top.direction_deg",
+    "films.bottom.haze",
+    "films.bottom.total_transmittance",
+    "films.bottom.transmitted",
+    "films.bottom.width_deg",
+    "films.bottom.apex_deg",
+    "films.bottom.direction_deg",
 ];
+/// Tables that every design has, whether it states them or not.
+const OF_ALL: [&str; 3] = ["receiver", "far_field", "trace"];
+/// Start of the keys of shapes of rings.
+const SHAPES: &str = "elements.shapes[";
 /// Entries from which on a list is a curve.
 const CURVE: usize = 3;
 /// Endings of keys, and the units that they name.
@@ -45,22 +66,43 @@ const UNITS: [(&str, &str); 12] = [
     ("_percent", "%"),
 ];
 /// Keys within 0 and 1.
-const SHARES: [&str; 6] =
-    ["reflectance", "transmittance", "absorptance", "specular_share", "yield", "fill"];
+const SHARES: [&str; 10] = [
+    "reflectance",
+    "transmittance",
+    "absorptance",
+    "specular_share",
+    "yield",
+    "fill",
+    "transmitted",
+    "reflected",
+    "haze",
+    "total_",
+];
 
-/// Fields and curves of a design text, as the page reads them; both are empty of what is no TOML.
-pub fn fields(text: &str) -> (Vec<Json>, Vec<Json>) {
+/// Fields and curves of the text of a design in `folder`, as the page reads them; both are empty of
+/// what is no TOML.
+pub fn fields(text: &str, folder: &Path) -> (Vec<Json>, Vec<Json>) {
     static SCHEMA: OnceLock<Json> = OnceLock::new();
     let Ok(table) = text.parse::<toml::Table>() else { return (Vec::new(), Vec::new()) };
     let schema = SCHEMA.get_or_init(of_designs);
-    let mut found = Found { schema, fields: Vec::new(), curves: Vec::new() };
+    let mut found = Found { schema, folder, fields: Vec::new(), curves: Vec::new() };
     found.table(&table, "");
     found.defaults(&table);
+    // Rings of many shapes are drawn.
+    let are_drawn = |curve: &Json| curve["path"].as_str().is_some_and(|p| p.starts_with(SHAPES));
+    if found.curves.iter().any(are_drawn) {
+        for field in &mut found.fields {
+            if field["path"].as_str().is_some_and(|path| path.starts_with(SHAPES)) {
+                field["pinned"] = false.into();
+            }
+        }
+    }
     (found.fields, found.curves)
 }
 
 struct Found<'a> {
     schema: &'a Json,
+    folder: &'a Path,
     fields: Vec<Json>,
     curves: Vec<Json>,
 }
@@ -70,6 +112,20 @@ impl Found<'_> {
         for (key, value) in table {
             let path = if before.is_empty() { key.clone() } else { format!("{before}.{key}") };
             self.value(value, &path);
+        }
+        if let Some(name) = table.get("meridian_file").and_then(Value::as_str) {
+            self.meridian(name, before);
+        }
+    }
+
+    /// The curve of a file: its points stand in the design once one is moved.
+    fn meridian(&mut self, name: &str, table: &str) {
+        let rows = rows_in_file(self.folder, name).unwrap_or_default();
+        if rows.len() >= CURVE {
+            self.curve(&format!("{table}.meridian_mm"), "points", &json!(rows));
+            if let Some(curve) = self.curves.last_mut() {
+                curve["file"] = name.into();
+            }
         }
     }
 
@@ -135,15 +191,18 @@ impl Found<'_> {
             "written": written,
             "low": low,
             "high": high,
-            "pinned": written && PINNED.contains(&path),
+            "pinned": written && FIRST.contains(&&*of_any_entry(path)),
         }));
     }
 
-    /// Numbers that the file leaves to their defaults, in tables that it has or may leave out.
+    /// Numbers that the file leaves to their defaults, in tables that it has or every design.
     fn defaults(&mut self, written: &toml::Table) {
         let schema = self.schema;
         for (table, of) in schema["properties"].as_object().into_iter().flatten() {
             let stated = written.get(table).and_then(Value::as_table);
+            if stated.is_none() && !OF_ALL.contains(&&**table) {
+                continue;
+            }
             for (key, one) in of["properties"].as_object().into_iter().flatten() {
                 let default = &one["default"];
                 let default = if default.is_number() { default } else { &of["default"][key] };
@@ -156,10 +215,10 @@ impl Found<'_> {
     }
 }
 
-/// A point, with the bulge of the arc that ends there where it has one.
+/// A point, with the bulge or the centre of the arc that ends there where it has one.
 fn point(value: &Value) -> Option<Vec<f64>> {
     let numbers: Vec<f64> = value.as_array()?.iter().map(number).collect::<Option<_>>()?;
-    (2..=3).contains(&numbers.len()).then_some(numbers)
+    (2..=4).contains(&numbers.len()).then_some(numbers)
 }
 
 /// Name and unit of a key: `pitch` in mm of `array.pitch_mm`.
@@ -187,10 +246,14 @@ fn range(path: &str, value: f64, whole: bool) -> [f64; 2] {
     if whole { [low.floor().max(0.0), high.ceil()] } else { [low, high] }
 }
 
+/// `path` without the numbers of entries.
+fn of_any_entry(path: &str) -> String {
+    path.split('[').map(|part| part.split_once(']').map_or(part, |p| p.1)).collect()
+}
+
 /// What the schema says of the key at `path`, in one line.
 fn meaning(schema: &Json, path: &str) -> String {
-    let plain: String =
-        path.split('[').map(|part| part.split_once(']').map_or(part, |p| p.1)).collect();
+    let plain = of_any_entry(path);
     let parts: Vec<&str> = plain.split('.').collect();
     let words = described(schema, &parts).unwrap_or_default();
     words.split_whitespace().collect::<Vec<_>>().join(" ")
@@ -212,7 +275,7 @@ mod tests {
     #[test]
     fn numbers_have_label_unit_meaning_and_range() {
         let text = design::NEW_DESIGN.replace("NAME", "own");
-        let (fields, curves) = fields(&text);
+        let (fields, curves) = fields(&text, Path::new(""));
         assert!(curves.is_empty());
         let of = |path: &str| fields.iter().find(|field| field["path"] == path).expect(path);
         let pitch = of("array.pitch_mm");
@@ -221,22 +284,50 @@ mod tests {
         assert_eq!((&pitch["low"], &pitch["high"]), (&json!(2.5), &json!(10.0)));
         assert_eq!(of("led.size_mm[2]")["label"], "size 2");
         assert_eq!(of("array.columns")["whole"], true);
-        // A default, which the file does not state.
+        // A default, which the file does not state, in a table that it has.
         assert_eq!(
             (&of("hybrid.tolerance")["value"], &of("hybrid.tolerance")["written"]),
             (&json!(2e-3), &json!(false))
         );
-        let pinned = fields.iter().filter(|field| field["pinned"] == true).count();
-        assert!((8..=12).contains(&pinned), "{pinned}");
+        // A backlight without domes has no number of theirs.
+        let (bare, _) = super::fields(design::NEW_BACKLIGHT, Path::new(""));
+        let has = |table: &str| bare.iter().any(|field| field["table"] == table);
+        assert_eq!(
+            ["far_field", "films", "hybrid", "silicone"].map(has),
+            [true, true, false, false]
+        );
+        let gap = bare.iter().find(|field| field["path"] == "films[3].gap_mm").expect("a gap");
+        assert_eq!(gap["pinned"], true);
+        let pinned = fields.iter().filter(|field| field["pinned"] == true);
+        let mut pinned: Vec<_> = pinned.filter_map(|field| field["path"].as_str()).collect();
+        pinned.sort_unstable();
+        let dome = ["dome.height_mm", "dome.sphere_radius_mm", "dome.width_mm"];
+        let [pitch, width, index] = ["array.pitch_mm", "elements.width_um", "silicone.index"];
+        assert_eq!(pinned, [&[pitch][..], &dome, &[width, index]].concat());
     }
 
     #[test]
     fn lists_and_keys_of_many_tables_are_curves() {
         let text = "[dome]\nmeridian_mm = [[0.0, 1.0], [0.5, 0.9, -0.01], [1.0, 0.4]]\n[[elements.shapes]]\nfrom = 1\napex_angle_deg = 80\n[[elements.shapes]]\nfrom = 2\napex_angle_deg = 81\n[[elements.shapes]]\nfrom = 3\napex_angle_deg = 82.5\n";
-        let (_, curves) = fields(text);
+        let folder = tempfile::tempdir().expect("a folder");
+        let (_, curves) = fields(text, folder.path());
         let paths: Vec<_> = curves.iter().map(|curve| curve["path"].as_str()).collect();
         assert_eq!(paths, [Some("dome.meridian_mm"), Some("elements.shapes[*].apex_angle_deg")]);
         assert_eq!(curves[1]["values"], json!([80.0, 81.0, 82.5]));
-        assert_eq!(fields("[a").0.len(), 0);
+        assert_eq!(fields("[a", folder.path()).0.len(), 0);
+        // Points of a file are drawn likewise, and stand in the design once they are moved.
+        let text = "[dome]\nmeridian_file = \"lens.csv\" # measured\n";
+        assert_eq!(fields(text, folder.path()).1, Vec::<Json>::new());
+        std::fs::write(folder.path().join("lens.csv"), "r, z\n0, 1 # top\n0.5; 0.9; -0.01\n1 0\n")
+            .expect("written");
+        let (_, curves) = fields(text, folder.path());
+        let points = json!([[0.0, 1.0], [0.5, 0.9, -0.01], [1.0, 0.0]]);
+        let curve = json!({"path": "dome.meridian_mm", "label": "meridian", "unit": "mm", "points": points, "file": "lens.csv"});
+        assert_eq!(curves, [curve]);
+        let moved = crate::draft::set(text, "dome.meridian_mm", &json!([[0, 1], [1, 0.5], [1, 0]]));
+        assert_eq!(
+            moved.expect("set"),
+            "[dome]\nmeridian_mm = [[0.0, 1.0], [1.0, 0.5], [1.0, 0.0]]\n"
+        );
     }
 }

@@ -89,6 +89,7 @@ fn figures(now: Vec<Row>, before: &[Row], changes: &[(String, FigureEntry)]) -> 
         let change = changes.iter().find(|(other, _)| *other == key).map(|(_, c)| c);
         let change = change.filter(|_| kept.is_some_and(|kept| kept.unit == unit));
         let larger = figures::find(&key).and_then(|figure| figure.larger_is_better);
+        let scale = figures::find(&key).and_then(|figure| figure.scale);
         json!({
             "key": key,
             "label": label,
@@ -97,6 +98,7 @@ fn figures(now: Vec<Row>, before: &[Row], changes: &[(String, FigureEntry)]) -> 
             "standard_error": entry.standard_error,
             "text": shown::text(&entry, unit),
             "larger_is_better": larger,
+            "scale": scale,
             "resolved": shown::in_words(&entry, unit).is_none(),
             "beside": kept.map(|kept| shown::text(&kept.entry, kept.unit)),
             "change": change.map(|change| shown::difference_between(change, unit)),
@@ -112,7 +114,9 @@ fn ledger(result: &ModelResult) -> Vec<Value> {
     let row = |(key, _): &(String, _)| {
         let share = result.ledger.account(key)?;
         let text = shown::estimate(share, Unit::Fraction);
-        Some(json!({"label": key.replace('_', " "), "text": text, "share": share.value}))
+        Some(
+            json!({"key": key, "label": key.replace('_', " "), "text": text, "share": share.value}),
+        )
     };
     seen.filter_map(row).collect()
 }

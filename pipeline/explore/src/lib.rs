@@ -27,7 +27,7 @@
 //! | `tracer_thread` | progressive trace of the present design |
 //! | [`session`] | draft, history, kept states, choice of the model |
 //! | `view_3d` | package and paths in three dimensions |
-//! | `search`, `search_thread` | a search from the present design, and its work |
+//! | `search`, `search_thread` | a search from the present design by its candidates, and its work |
 //! | `page` | the page, its style and scripts |
 //! | `http` | connections, and bounds on what clients send |
 //! | [`server`] | requests, and who may make them |

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! A search from the present design, with the numbers that have sliders as its variables.
+//! A search from the present design for what the user states: goals, constraints and variables.
 
-use std::fmt::Write as _;
-use std::fs;
+use std::fs::{self, File};
+use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use design::dotted_keys;
-use metrics::figures;
-use results::figure_entry::FigureEntry;
-use results::shown;
+use design::{Design, dotted_keys};
+use experiment::checked_file::Texts;
+use experiment::optimise::file::Goal;
+use experiment::optimise::{log, problem};
 use runtime::atomic_file::write_bytes;
 use runtime::interrupt::Interrupt;
 use runtime::run_context::RunContext;
@@ -24,73 +24,78 @@ use crate::fault::Fault;
 use crate::search::Search;
 use crate::session::Session;
 
-/// Log of a search in its folder.
-const LOG: &str = "log.jsonl";
 /// Candidates of a generation, and most generations.
 const POPULATION: usize = 16;
 const MAX_GENERATIONS: usize = 1000;
-/// Paths of a candidate, and of the verification.
+/// Most paths of a candidate at first, and of the verification.
 const PATHS: u64 = 65_536;
 const VERIFIED: u64 = 1_048_576;
-/// Lines of progress that the page shows.
-const MAX_LINES: usize = 12;
 
 /// What the page asks for.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Request {
-    /// Figure that is to grow or, where the smaller value is better, to fall.
-    figure: String,
-    /// Keys that are varied.
-    paths: Vec<String>,
-    /// Bounds of each.
-    ranges: std::collections::BTreeMap<String, [f64; 2]>,
+    /// Terms of the objective.
+    goals: Vec<Term>,
+    constraints: Vec<Bound>,
+    variables: Vec<Variable>,
     generations: usize,
 }
 
-/// Reads how far the search of `session` is.
+/// As `[[objective.terms]]`; no page names a file.
+#[derive(Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Term {
+    figure: String,
+    goal: Goal,
+    target: Option<f64>,
+    scale: Option<f64>,
+}
+
+/// As `[[constraints]]`.
+#[derive(Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Bound {
+    figure: String,
+    at_least: Option<f64>,
+    at_most: Option<f64>,
+}
+
+/// As `[[variables]]`.
+#[derive(Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Variable {
+    key: String,
+    from: f64,
+    to: f64,
+}
+
+/// Reads what the log of the search of `session` has more than before.
 pub fn follow(session: &Session) {
-    let (folder, figure, seen) = session.peek(|search| {
-        let folder = search.folder.clone().filter(|_| search.is_running);
-        (folder, search.figure.clone(), search.lines.clone())
-    });
-    let Some(folder) = folder else { return };
-    let text = fs::read_to_string(folder.join(LOG)).unwrap_or_default();
-    let mut shown = progress(&text, &figure);
-    let from = shown.len().saturating_sub(MAX_LINES);
-    let shown = shown.split_off(from);
-    if shown != seen {
-        session.search(|search| search.lines = shown);
+    let Some((folder, read)) =
+        session.peek(|search| search.is_running.then(|| (search.folder.clone(), search.read)))
+    else {
+        return;
+    };
+    let Ok(lines) = lines_after(&folder.join(log::FILE), read) else { return };
+    let is_same = |search: &Search| search.folder == folder && search.read == read;
+    if !lines.is_empty() && session.peek(is_same) {
+        session.search(|search| {
+            // Another one may have read them meanwhile.
+            if is_same(search) {
+                search.follow(&lines);
+            }
+        });
     }
 }
 
-/// A line for each generation in the log of a search: its best candidate's `figure`, and why others
-/// were refused.
-fn progress(log: &str, figure: &str) -> Vec<String> {
-    let (mut shown, mut best) = (Vec::new(), None::<(f64, String)>);
-    let (mut refused, mut reason) = (0, String::new());
-    for line in log.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok()) {
-        if let Some(why) = line["refused"].as_str() {
-            refused += 1;
-            why.clone_into(&mut reason);
-        }
-        let entry = serde_json::from_value::<FigureEntry>(line["figures"][figure].clone());
-        if let (Some(value), Ok(entry)) = (line["value"].as_f64(), entry)
-            && best.as_ref().is_none_or(|(least, _)| value < *least)
-        {
-            best = Some((value, shown::text(&entry, shown::named(figure).1)));
-        }
-        if line["kind"] == "generation" {
-            let number = shown.len() + 1;
-            let found = best.as_ref().map_or("no design that can be built", |(_, text)| text);
-            let why = match refused {
-                0 => String::new(),
-                count => format!("; {count} refused so far, the last: {reason}"),
-            };
-            shown.push(format!("generation {number}: {found}{why}"));
-        }
-    }
-    shown
+/// Whole lines of a file after so many bytes.
+fn lines_after(path: &Path, read: u64) -> std::io::Result<String> {
+    let (mut file, mut text) = (File::open(path)?, Vec::new());
+    file.seek(SeekFrom::Start(read))?;
+    file.read_to_end(&mut text)?;
+    text.truncate(text.iter().rposition(|byte| *byte == b'\n').map_or(0, |last| last + 1));
+    Ok(String::from_utf8_lossy(&text).into_owned())
 }
 
 /// A search that has begun.
@@ -100,56 +105,126 @@ pub struct Begun {
     problem: PathBuf,
     file: String,
     text: String,
-    paths: Vec<String>,
+    keys: Vec<String>,
     interrupt: Interrupt,
 }
 
-/// Begins a search in a new folder under `out`.
+/// Begins a search in a new folder under `out`, once its problem is checked as `optimise` does.
 ///
 /// # Errors
-/// What is asked for cannot be searched; a search that is running.
-pub fn begin(session: &Session, request: Request, out: &Path) -> Result<Begun, Fault> {
+/// What is asked for is no problem: nothing is written; a search that is running.
+pub fn begin(session: &Session, request: &Request, out: &Path) -> Result<Begun, Fault> {
     let (design, model, text) = session.present()?;
     let refuse = |error: anyhow::Error| Fault::new(format!("{error:#}"));
     let file = std::path::absolute(session.path()).map_err(|e| refuse(e.into()))?;
     let file = file.display().to_string();
-    let words = problem_text(&request, &design.name, &file, model).map_err(refuse)?;
+    let words = problem_text(request, &design, &file, model).map_err(refuse)?;
+    let folder = free_folder(out, &design.name).map_err(refuse)?;
+    let problem = folder.join("problem.toml");
+    let name = problem.display().to_string();
+    let texts = Texts::from([(name.clone(), words.clone()), (file.clone(), text.clone())]);
+    problem::load(&problem, &texts).map_err(|error| {
+        let message = format!("{error:#}");
+        Fault::new(request.named(message.strip_prefix(&format!("{name}: ")).unwrap_or(&message)))
+    })?;
+    for Variable { key, from, .. } in &request.variables {
+        // What is found is set in the same way: no formula is.
+        draft::set(&text, key, &json!(from)).map_err(refuse)?;
+    }
+    let keys: Vec<String> = request.variables.iter().map(|one| one.key.clone()).collect();
     let interrupt = Interrupt::default();
     let before = session.search(|search| {
-        let (figure, interrupt) = (request.figure.clone(), interrupt.clone());
-        let next = Search { figure, interrupt, is_running: true, ..Search::default() };
+        let next = Search {
+            number: search.number + 1,
+            folder: folder.clone(),
+            keys: keys.clone(),
+            figures: request.figures(),
+            interrupt: interrupt.clone(),
+            is_running: true,
+            ..Search::default()
+        };
         (!search.is_running).then(|| std::mem::replace(search, next))
     });
     let before = before.ok_or_else(|| Fault::new("a search is running; stop it first"))?;
-    let begun = new_folder(out, &design.name).and_then(|folder| {
-        let problem = folder.join("problem.toml");
-        write_bytes(&problem, words.as_bytes())?;
-        Ok((folder, problem))
-    });
-    session.search(|search| match &begun {
-        Ok((folder, _)) => search.folder = Some(folder.clone()),
-        Err(_) => *search = before,
-    });
-    let (folder, problem) = begun.map_err(refuse)?;
-    Ok(Begun { folder, problem, file, text, paths: request.paths, interrupt })
+    let written = fs::create_dir_all(&folder)
+        .with_context(|| format!("`{}` cannot be made", folder.display()))
+        .and_then(|()| write_bytes(&problem, words.as_bytes()));
+    if let Err(error) = written {
+        session.search(|search| *search = before);
+        return Err(refuse(error));
+    }
+    Ok(Begun { folder, problem, file, text, keys, interrupt })
+}
+
+impl Request {
+    /// Figures of goals and constraints, each once.
+    fn figures(&self) -> Vec<String> {
+        let goals = self.goals.iter().map(|one| &one.figure);
+        let mut figures: Vec<String> = Vec::new();
+        for figure in goals.chain(self.constraints.iter().map(|one| &one.figure)) {
+            if !figures.contains(figure) {
+                figures.push(figure.clone());
+            }
+        }
+        figures
+    }
+
+    /// A message about the problem with keys and figures in place of their numbers.
+    fn named(&self, message: &str) -> String {
+        let goals = self.goals.iter().zip(1..).map(|(one, k)| ("objective.terms", k, &one.figure));
+        let bounds =
+            self.constraints.iter().zip(1..).map(|(one, k)| ("constraints", k, &one.figure));
+        let keys = self.variables.iter().zip(1..).map(|(one, k)| ("variables", k, &one.key));
+        let mut all = goals.chain(bounds).chain(keys);
+        let named = all.find_map(|(list, number, name)| {
+            let rest = message.strip_prefix(&format!("{list}[{number}]"))?;
+            Some(format!("{name}{rest}"))
+        });
+        named.unwrap_or_else(|| message.to_owned())
+    }
 }
 
 impl Begun {
-    /// Searches, and leaves what was found or why not in `session`.
+    /// Searches, and leaves what was found or why not in `session`; the best of a search that the
+    /// user stops is the draft.
     pub fn run(self, session: &Session, actions: &dyn Actions, context: RunContext) {
         let context = RunContext { interrupt: &self.interrupt, ..context.mute() };
         let texts = (&*self.file, &*self.text);
         let searched = actions.optimise(&self.problem, texts, &self.folder, context);
-        let searched = searched.and_then(|found| values(&found, &self.paths));
+        let searched = searched.and_then(|found| values(&found, &self.keys));
         follow(session);
-        session.search(|search| {
-            search.is_running = false;
+        if !self.folder.join(log::FILE).exists() {
+            // It has not begun: nothing of it stays.
+            let _ = fs::remove_dir_all(&self.folder);
+        }
+        let is_kept = session.search(|search| {
             match searched {
                 Ok(found) => search.found = Some(found),
-                Err(_) if self.interrupt.is_raised() => search.error = Some("stopped".to_owned()),
-                Err(error) => search.error = Some(format!("{error:#}")),
+                Err(error) if !self.interrupt.is_raised() => {
+                    search.note = Some(format!("{error:#}"));
+                }
+                Err(_) => {
+                    search.found = search.best();
+                    let count = search.count();
+                    search.note = Some(match search.found {
+                        Some(_) => format!(
+                            "stopped: the design is the best of {count} candidates, by few \
+                             paths"
+                        ),
+                        None => format!(
+                            "stopped: expected a candidate that meets the constraints, got \
+                             none in {count}; the design stays"
+                        ),
+                    });
+                }
             }
+            search.is_stopped && search.found.is_some()
         });
+        if is_kept && let Err(fault) = take(session) {
+            let note = format!("stopped; the design does not take the best: {}", fault.message());
+            session.search(|search| search.note = Some(note));
+        }
+        session.search(|search| search.is_running = false);
     }
 }
 
@@ -176,99 +251,119 @@ fn values(text: &str, paths: &[String]) -> Result<Vec<(String, Value)>> {
     paths.iter().map(value).collect()
 }
 
-/// A folder under `out` that is not there yet.
-fn new_folder(out: &Path, name: &str) -> Result<PathBuf> {
-    let numbered = (1..10_000).map(|number| out.join(format!("{name}-search-{number}")));
-    for folder in numbered {
-        if !folder.exists() {
-            fs::create_dir_all(&folder)
-                .with_context(|| format!("`{}` cannot be made", folder.display()))?;
-            return Ok(folder);
-        }
-    }
-    anyhow::bail!("`{}`: expected fewer than 10 000 searches", out.display())
+/// The path of a folder under `out` that is not there yet.
+fn free_folder(out: &Path, name: &str) -> Result<PathBuf> {
+    let mut numbered = (1..10_000).map(|number| out.join(format!("{name}-search-{number}")));
+    let free = numbered.find(|folder| !folder.exists());
+    free.with_context(|| format!("`{}`: expected fewer than 10 000 searches", out.display()))
 }
 
 /// The problem file.
-fn problem_text(request: &Request, name: &str, file: &str, model: Model) -> Result<String> {
-    let Request { figure, paths, ranges, generations } = request;
-    ensure!(!paths.is_empty(), "expected at least one number to vary: give one a slider");
+fn problem_text(request: &Request, design: &Design, file: &str, model: Model) -> Result<String> {
+    let generations = request.generations;
     ensure!(
-        (1..=MAX_GENERATIONS).contains(generations),
+        (1..=MAX_GENERATIONS).contains(&generations),
         "generations: expected 1 to {MAX_GENERATIONS}, got {generations}"
     );
-    let quoted = |text: &str| toml::Value::from(text).to_string();
-    let mut words = format!(
-        "# A search that `batwing explore` began.\n\nname = {}\ndesign = {}\n",
-        quoted(&format!("{name}-found")),
-        quoted(file)
-    );
-    for path in paths {
-        let [from, to] = ranges.get(path).with_context(|| format!("{path}: expected a range"))?;
-        // Writing to a string cannot fail.
-        let _ = write!(
-            words,
-            "\n[[variables]]\nkey = {}\nfrom = {}\nto = {}\n",
-            quoted(path),
-            toml::Value::from(*from),
-            toml::Value::from(*to)
-        );
-    }
-    let falls = figures::find(figure).and_then(|figure| figure.larger_is_better) == Some(false);
-    let goal = if falls { ", goal = \"minimise\"" } else { "" };
-    let _ = write!(
-        words,
-        "\n[objective]\nterms = [{{ figure = {}{goal} }}]\n\n[[stages]]\nmodel = {}\npopulation = {POPULATION}\nevaluations = {}\npaths = {PATHS}\n\n[verification]\npaths = {VERIFIED}\n",
-        quoted(figure),
-        quoted(model.word()),
-        POPULATION * generations
-    );
-    Ok(words)
+    // No more than the user takes for enough.
+    let [paths, verified] = [PATHS, VERIFIED].map(|most| most.min(design.trace.paths));
+    let stage = json!({"model": model.word(), "population": POPULATION, "restarts": 1,
+        "evaluations": POPULATION * generations, "paths": paths, "most_paths": verified});
+    let head = json!({
+        "name": format!("{}-found", design.name),
+        "design": file,
+        "stages": [stage],
+        "verification": {"paths": verified},
+    });
+    let mut table = toml::Table::try_from(head)?;
+    let terms =
+        toml::Table::from_iter([("terms".to_owned(), toml::Value::try_from(&request.goals)?)]);
+    table.insert("variables".to_owned(), toml::Value::try_from(&request.variables)?);
+    table.insert("objective".to_owned(), toml::Value::Table(terms));
+    table.insert("constraints".to_owned(), toml::Value::try_from(&request.constraints)?);
+    Ok(format!("# A search that `batwing explore` began.\n\n{}", toml::to_string(&table)?))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn progress_is_told_in_the_figure_that_is_sought() {
-        let log = [
-            json!({"kind": "candidate", "refused": "dome.width_mm = 9: too wide"}),
-            json!({"kind": "generation"}),
-            json!({"kind": "candidate", "value": -0.8, "figures": {"uniformity": {"value": 0.8, "standard_error": 0.01}}}),
-            json!({"kind": "candidate", "value": -0.9, "figures": {"uniformity": {"value": 0.9, "standard_error": 0.01}}}),
-            json!({"kind": "generation"}),
-        ];
-        let log = log.map(|line| line.to_string()).join("\n");
-        let said = progress(&log, "uniformity");
-        let refused = "1 refused so far, the last: dome.width_mm = 9: too wide";
-        assert_eq!(said[0], format!("generation 1: no design that can be built; {refused}"));
-        assert_eq!(said[1], format!("generation 2: 90.0 ± 1.0 %; {refused}"));
+    fn request(more: &Value) -> Request {
+        let mut request = json!({
+            "goals": [{"figure": "uniformity", "goal": "maximise", "scale": 0.03}],
+            "constraints": [{"figure": "extraction_efficiency", "at_least": 0.5}],
+            "variables": [{"key": "array.pitch_mm", "from": 4, "to": 6.5}],
+            "generations": 3,
+        });
+        for (key, value) in more.as_object().expect("keys") {
+            request[key] = value.clone();
+        }
+        serde_json::from_value(request).expect("a request")
     }
 
     #[test]
     fn problem_files_hold_what_was_asked_for() {
-        let request: Request = serde_json::from_value(json!({
-            "figure": "uniformity", "paths": ["array.pitch_mm"],
-            "ranges": {"array.pitch_mm": [4, 6.5]}, "generations": 3,
-        }))
-        .expect("a request");
-        let text =
-            problem_text(&request, "own", "/a \"b\"/own.toml", Model::Geometric).expect("a text");
-        let table: toml::Table = text.parse().expect("TOML");
+        let design = design::embedded("d1.toml").expect("a design");
+        let text = |request: &Request| {
+            let text = problem_text(request, &design, "/a \"b\"/own.toml", Model::Geometric);
+            text.expect("a text").parse::<toml::Table>().expect("TOML")
+        };
+        let table = text(&request(&json!({})));
         assert_eq!(table["design"].as_str(), Some("/a \"b\"/own.toml"));
         assert_eq!(table["variables"][0]["to"].as_float(), Some(6.5));
         assert_eq!(table["stages"][0]["evaluations"].as_integer(), Some(48));
-        assert_eq!(table["objective"]["terms"][0].get("goal"), None);
-        // A figure of which less is better.
-        let request = Request { figure: "cell_variation".to_owned(), ..request };
-        let text = problem_text(&request, "own", "own.toml", Model::Geometric).expect("a text");
-        let table: toml::Table = text.parse().expect("TOML");
-        assert_eq!(table["objective"]["terms"][0]["goal"].as_str(), Some("minimise"));
-        assert!(
-            problem_text(&Request { paths: Vec::new(), ..request }, "", "", Model::Hybrid).is_err()
-        );
+        assert_eq!(table["objective"]["terms"][0].get("target"), None);
+        assert_eq!(table["constraints"][0]["at_least"].as_float(), Some(0.5));
+        let near = json!({"goals": [{"figure": "beam_angle_deg", "goal": "target", "target": 90}]});
+        assert_eq!(text(&request(&near))["objective"]["terms"][0]["target"].as_float(), Some(90.0));
         let found = values("[array]\npitch_mm = 5.5\n", &["array.pitch_mm".to_owned()]);
         assert_eq!(found.expect("found"), [("array.pitch_mm".to_owned(), json!(5.5))]);
+    }
+
+    #[test]
+    fn what_is_no_problem_is_refused_by_its_name_before_anything_is_written() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("own.toml");
+        let formula = design::NEW_DESIGN.replace("NAME", "own");
+        let formula =
+            formula.replace("width_mm = 2.8", "width_mm = \"1.75 * dome.sphere_radius_mm\"");
+        std::fs::write(&path, formula).expect("written");
+        let session = Session::open(&path).expect("a session");
+        let out = folder.path().join("explored");
+        let varied = |key: &str, from: f64, to: f64| json!({"variables": [{"key": key, "from": from, "to": to}]});
+        let near = json!([{"figure": "uniformity", "goal": "target"}]);
+        for (more, expected) in [
+            (
+                varied("array.pitch_mm", 6.0, 5.0),
+                "array.pitch_mm: from, to: expected a number and a larger one, got 6 and 5",
+            ),
+            (
+                varied("array.pitch_mm", 6.0, 6.0),
+                "array.pitch_mm: from, to: expected a number and a larger one, got 6 and 6",
+            ),
+            (
+                varied("array.columns", 2.2, 2.4),
+                "array.columns: from, to: expected bounds with a whole number",
+            ),
+            (varied("array.no", 1.0, 2.0), "array.no: "),
+            (varied("dome.width_mm", 1.0, 2.0), "dome.width_mm: expected a number to change, got"),
+            (json!({"variables": []}), "variables: expected at least one, got none"),
+            (json!({"goals": []}), "objective.terms: expected at least one, got none"),
+            (json!({"goals": near}), "uniformity: target: expected it with goal"),
+            (json!({"goals": [{"figure": "glow", "goal": "maximise"}]}), "glow: figure"),
+            (
+                json!({"constraints": [{"figure": "uniformity", "at_least": 2, "at_most": 1}]}),
+                "uniformity: ",
+            ),
+            (json!({"constraints": [{"figure": "uniformity"}]}), "uniformity: "),
+            (json!({"generations": 0}), "generations: expected 1 to 1000, got 0"),
+        ] {
+            let fault = begin(&session, &request(&more), &out).expect_err("refused");
+            assert!(fault.message().starts_with(expected), "{more}: {}", fault.message());
+            assert!(!fault.message().contains("problem.toml"), "{}", fault.message());
+            assert!(!out.exists() && session.peek(|search| search.number) == 0);
+        }
+        begin(&session, &request(&json!({})), &out).expect("a problem");
+        assert!(out.join("own-search-1/problem.toml").exists());
     }
 }

@@ -154,6 +154,10 @@ impl Host<'_> {
                 Some(frame) => of_json(200, &frame),
                 None => whole(204, "application/json", ""),
             },
+            "candidates" => {
+                let from = query.strip_prefix("from=").and_then(|from| from.parse::<usize>().ok());
+                of_json(200, &self.session.peek(|search| search.candidates(from.unwrap_or(0))))
+            }
             "export" => self.export(query).unwrap_or_else(|fault| refused(&fault)),
             "report" => {
                 self.report().unwrap_or_else(|fault| plain(fault.status(), fault.message()))
@@ -177,7 +181,7 @@ impl Host<'_> {
         let begun = object(request.body.as_deref()).and_then(|body| {
             let asked = serde_json::from_value(body).map_err(|e| Fault::new(e.to_string()));
             let begun =
-                asked.and_then(|asked| search_thread::begin(session, asked, &self.options.out));
+                asked.and_then(|asked| search_thread::begin(session, &asked, &self.options.out));
             begun.map_err(|fault| Box::new(refused(&fault)))
         });
         let (answer, begun) = match begun {
@@ -219,7 +223,7 @@ impl Host<'_> {
             "restore" => id().and_then(|id| session.restore(id)),
             "forget" => id().map(|id| session.forget(id)),
             "optimise/stop" => {
-                session.peek(Search::stop);
+                session.search(Search::stop);
                 Ok(())
             }
             "optimise/take" => search_thread::take(session),

@@ -64,9 +64,10 @@ struct State {
     /// Grows with every change of the draft.
     edition: u64,
     saved: Saved,
-    /// The newest text that is a design, and that design.
+    /// The newest text that is a design, that design, and its fields and curves.
     good: String,
     design: Design,
+    shown: (Vec<Value>, Vec<Value>),
     /// Why the draft is no design.
     fault: Option<Fault>,
     /// Why the design could not be traced.
@@ -130,6 +131,7 @@ impl Session {
             draft: text.clone(),
             edition: 1,
             saved,
+            shown: fields(&text, folder(path)),
             good: text,
             design,
             fault: None,
@@ -170,7 +172,7 @@ impl Session {
     }
 
     fn parse(&self, text: &str) -> Result<Design, Fault> {
-        scene_check::parse(&self.name, text, folder(self.path()))
+        scene_check::parse(&self.name, text, self.folder())
             .map_err(|error| Fault::of_design(&error, &self.name))
     }
 
@@ -203,7 +205,7 @@ impl Session {
                 state.remember();
             }
             state.is_moving = part;
-            state.take(edited, Ok(design));
+            state.take(edited, Ok(design), self.folder());
         });
         Ok(())
     }
@@ -225,11 +227,13 @@ impl Session {
     /// Takes what `edit` makes of the draft.
     ///
     /// # Errors
-    /// Those of `edit`, and a draft that is no design.
+    /// Those of `edit`, and a text before or after it that is no design.
     pub(crate) fn rewrite(&self, edit: impl FnOnce(String) -> Result<String>) -> Result<(), Fault> {
         let _edit = self.edit_draft()?;
         let (.., draft) = self.present()?;
-        self.take_text(edit(draft).map_err(|error| Fault::new(format!("{error:#}")))?);
+        let text = edit(draft).map_err(|error| Fault::new(format!("{error:#}")))?;
+        self.parse(&text)?;
+        self.take_text(text);
         Ok(())
     }
 
@@ -242,7 +246,7 @@ impl Session {
         self.change(|state| {
             state.is_moving = false;
             state.remember();
-            state.take(text, design);
+            state.take(text, design, self.folder());
         });
     }
 
@@ -259,7 +263,7 @@ impl Session {
             next
         };
         let design = self.parse(&next);
-        self.change(|state| state.take(next, design));
+        self.change(|state| state.take(next, design, self.folder()));
     }
 
     /// Chooses the model called `word`.
@@ -294,7 +298,7 @@ impl Session {
             let id = state.next_kept;
             state.next_kept += 1;
             let before = state.kept.last().map_or(&state.saved.text, |kept| &kept.text);
-            let label = format!("{id}: {}", differences(before, &state.good));
+            let label = format!("{id}: {}", differences(before, &state.good, self.folder()));
             state.kept.push(Kept {
                 id,
                 label,
@@ -337,7 +341,7 @@ impl Session {
                 state.remember();
             }
             state.model = model;
-            state.take(text, Ok(design));
+            state.take(text, Ok(design), self.folder());
         });
         Ok(())
     }
@@ -384,6 +388,11 @@ impl Session {
     /// The file, as messages name it.
     pub fn path(&self) -> &Path {
         self.file.path()
+    }
+
+    /// The folder of the file, and of those that the design names.
+    fn folder(&self) -> &Path {
+        folder(self.path())
     }
 
     /// Waits for the next trace; `None` at the end.
@@ -461,7 +470,7 @@ impl Session {
         self.change(|state| {
             state.has_ended = true;
             state.stop();
-            state.search.stop();
+            raise(&state.search.interrupt);
             state.stop_command();
         });
     }
@@ -488,7 +497,7 @@ impl Session {
     /// The state, as the page reads it.
     pub fn to_json(&self) -> Value {
         let state = self.lock();
-        let (fields, curves) = fields(&state.good);
+        let (fields, curves) = &state.shown;
         let model = |model: Model| {
             json!({"word": model.word(), "label": model.label(&state.design),
                 "meaning": model.meaning()})
@@ -539,13 +548,14 @@ impl State {
         self.redo.clear();
     }
 
-    fn take(&mut self, text: String, design: Result<Design, Fault>) {
+    fn take(&mut self, text: String, design: Result<Design, Fault>, folder: &Path) {
         self.draft = text;
         self.edition += 1;
         match design {
             Ok(design) => {
                 self.good.clone_from(&self.draft);
                 self.design = design;
+                self.shown = fields(&self.good, folder);
                 self.fault = None;
                 let models = Model::all_of(&self.design);
                 if !models.contains(&self.model) {
@@ -612,11 +622,12 @@ fn folder(path: &Path) -> &Path {
 }
 
 /// Numbers and curves that differ between two texts, in words.
-fn differences(before: &str, now: &str) -> String {
+fn differences(before: &str, now: &str, folder: &Path) -> String {
     if before == now {
         return "nothing changed".to_owned();
     }
-    let ((old_fields, old_curves), (new_fields, new_curves)) = (fields(before), fields(now));
+    let [(old_fields, old_curves), (new_fields, new_curves)] =
+        [before, now].map(|text| fields(text, folder));
     let of = |all: &[Value], path: &Value| all.iter().find(|one| one["path"] == *path).cloned();
     let numbers = new_fields.iter().filter_map(|field| {
         let old = of(&old_fields, &field["path"])?;

@@ -137,7 +137,24 @@ pub(crate) fn in_file(
     let wrong = |line: usize, got: String, expected: &str| {
         at.value(key, format!("{name}, line {line}: {got}"), expected)
     };
-    let (mut rows, mut lines) = (Vec::new(), Vec::new());
+    let stated = numbers(&text).map_err(|(line, got)| wrong(line, got, ROW))?;
+    let lines: Vec<usize> = stated.iter().map(|(line, _)| *line).collect();
+    let rows: Vec<Row> = stated.iter().filter_map(|(_, numbers)| Row::of(numbers)).collect();
+    outline(&rows, ends).map_err(|e| {
+        let line = lines.get(e.row.saturating_sub(1)).copied().unwrap_or(1);
+        wrong(line, e.got, &e.expected)
+    })
+}
+
+/// The rows of the curve in the file `name` beside `folder`; `None` of what is no such file.
+pub fn rows_in_file(folder: &Path, name: &str) -> Option<Vec<Vec<f64>>> {
+    let text = bounded_text(&folder.join(name), MAX_ROWS).ok()?;
+    Some(numbers(&text).ok()?.into_iter().map(|(_, numbers)| numbers).collect())
+}
+
+/// Numbers of the rows in `text` with their lines; a line that is no row.
+fn numbers(text: &str) -> Result<Vec<(usize, Vec<f64>)>, (usize, String)> {
+    let mut rows = Vec::new();
     for (line, number) in text.lines().zip(1..) {
         let line = line.split('#').next().unwrap_or_default().trim();
         if line.is_empty() {
@@ -146,17 +163,11 @@ pub(crate) fn in_file(
         let words = line.split(|c: char| c == ',' || c == ';' || c.is_whitespace());
         let numbers: Option<Vec<f64>> =
             words.filter(|word| !word.is_empty()).map(|word| word.parse().ok()).collect();
-        match numbers.as_deref().map(Row::of) {
-            Some(Some(row)) => {
-                rows.push(row);
-                lines.push(number);
-            }
+        match numbers {
+            Some(numbers) if Row::of(&numbers).is_some() => rows.push((number, numbers)),
             None if rows.is_empty() && number == 1 => {}
-            _ => return Err(wrong(number, format!("{line:?}"), ROW)),
+            _ => return Err((number, format!("{line:?}"))),
         }
     }
-    outline(&rows, ends).map_err(|e| {
-        let line = lines.get(e.row.saturating_sub(1)).copied().unwrap_or(1);
-        wrong(line, e.got, &e.expected)
-    })
+    Ok(rows)
 }

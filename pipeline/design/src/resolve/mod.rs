@@ -31,6 +31,8 @@ mod source_table;
 mod sources;
 pub mod tables;
 
+pub use dome::rows_in_file;
+
 use std::path::Path;
 
 use rcwa::accuracy::{MAX_TOLERANCE, MIN_TOLERANCE};

@@ -68,7 +68,7 @@ impl<'a> Evaluator<'a> {
         &mut self,
         batch: &Batch,
         context: RunContext,
-        judge: impl Fn(&mut Self, usize) -> Result<Outcome>,
+        mut judge: impl FnMut(&mut Self, usize) -> Result<Outcome>,
     ) -> Result<Vec<Outcome>> {
         let shared = self.shared;
         let mut one = |number| -> Result<TracedOutcome> {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The log of a search: a line of JSON for each candidate and each generation. A search is resumed
-//! from the generations that are whole; a log may be cut anywhere.
+//! The log of a search: a line of JSON for each candidate as it is judged, and for each generation. A
+//! search is resumed from the generations that are whole; a log may be cut anywhere.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fs::{File, OpenOptions};
@@ -132,6 +132,8 @@ pub(super) struct Log {
     known: VecDeque<Generation>,
     /// Bytes of the file before them.
     replayed: u64,
+    /// Candidates of the generation under way that stand in the file.
+    begun: usize,
 }
 
 impl Log {
@@ -156,12 +158,12 @@ impl Log {
         }
         atomic_file::write_bytes(path, text.as_bytes())?;
         let file = OpenOptions::new().append(true).open(path);
-        Ok(Self { file: Some(file.with_context(at)?), known, replayed })
+        Ok(Self { file: Some(file.with_context(at)?), known, replayed, begun: 0 })
     }
 
     /// No log: a search whose evaluations are kept elsewhere.
     pub fn none() -> Self {
-        Self { file: None, known: VecDeque::new(), replayed: 0 }
+        Self { file: None, known: VecDeque::new(), replayed: 0, begun: 0 }
     }
 
     /// Generation `number` of an earlier part of the search, if it holds the candidates `points`.
@@ -192,15 +194,34 @@ impl Log {
         Ok(Some(generation))
     }
 
-    /// Adds a generation.
+    /// Adds the first `count` candidates of the generation under way, as far as they are not there.
+    ///
+    /// # Errors
+    /// Errors of the file.
+    pub fn begin(&mut self, count: usize, candidate: impl Fn(usize) -> Candidate) -> Result<()> {
+        if self.file.is_none() {
+            return Ok(());
+        }
+        let new = (self.begun..count).map(|k| line(&Line::Candidate(candidate(k))));
+        self.write(&new.collect::<Result<String>>()?)?;
+        self.begun = self.begun.max(count);
+        Ok(())
+    }
+
+    /// Adds a generation, or what is not there of it.
     ///
     /// # Errors
     /// Errors of the file.
     pub fn add(&mut self, generation: &Generation) -> Result<()> {
+        self.begin(generation.candidates.len(), |k| generation.candidates[k].clone())?;
+        self.begun = 0;
+        self.write(&line(&Line::Generation(generation.end.clone()))?)
+    }
+
+    fn write(&mut self, text: &str) -> Result<()> {
         let Some(file) = &mut self.file else {
             return Ok(());
         };
-        let text = lines(generation)?;
         let written = file.write_all(text.as_bytes());
         written.and_then(|()| file.flush()).with_context(|| format!("{FILE}: cannot be written"))
     }

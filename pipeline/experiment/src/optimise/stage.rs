@@ -263,9 +263,17 @@ impl StageSearch<'_, '_> {
             paths,
             progress: self.progress,
         };
+        let (log, mut judged) = (&mut *self.log, Vec::new());
         let traced = self.evaluator.outcomes(&batch, context, |evaluator, k| {
             let what = format!("{}, candidate {}", batch.name, k + 1);
-            evaluator.evaluate(&distinct[k], paths, &what, context)
+            let outcome = evaluator.evaluate(&distinct[k], paths, &what, context)?;
+            // Alone they come in their order, and who reads the log sees each at once.
+            if k == judged.len() {
+                judged.push(outcome.clone());
+                let known = place_of.iter().take_while(|place| **place <= k).count();
+                log.begin(known, |i| Candidate::new(&points[i], evaluator, &judged[place_of[i]]))?;
+            }
+            Ok(outcome)
         })?;
         self.progress.inc((points.len() - distinct.len()) as u64);
         let is_traced = |one: &&Outcome| matches!(one, Outcome::Evaluated(_));

@@ -29,8 +29,9 @@ function editor({ path, label, unit, values }) {
   const image = svg("svg", { viewBox: `0 0 ${PLOT.width} ${PLOT.height}`, role: "group", "aria-label": path }, names, line, circles);
   const readout = el("span", { role: "status" });
   const fault = el("p", { class: "fault", role: "alert" });
+  const origin = el("small");
   const node = el("div", { class: "curve-editor", "data-path": path },
-    el("p", {}, label, el("span", { class: "unit" }, unit && ` ${unit}`), " ", readout, el("small", {}, path)), image, fault);
+    el("p", {}, label, el("span", { class: "unit" }, unit && ` ${unit}`), " ", readout, el("small", {}, path), origin), image, fault);
 
   function draw() {
     line.setAttribute("points", points.map((p) => `${x.place(p[0])},${y.place(p[1])}`).join(" "));
@@ -128,6 +129,7 @@ function editor({ path, label, unit, values }) {
   return {
     node,
     update(curve) {
+      origin.textContent = curve.file ? `of ${curve.file}; what is dragged stands in the design in its place, and the file stays` : "";
       const said = faults.get(path);
       fault.textContent = said ? `${said.message}; the design keeps the curve before` : "";
       if (dragged >= 0 || isTurning(path) || said) return;

@@ -72,7 +72,7 @@ document.addEventListener("keydown", (event) => {
   const writes = event.target.matches("textarea, select, input[type=number], input[type=search]");
   const key = event.key.toLowerCase();
   if ((event.ctrlKey || event.metaKey) && key === "s") { event.preventDefault(); save(); }
-  else if (writes || byId("search-dialog").open) return;
+  else if (writes) return;
   else if ((event.ctrlKey || event.metaKey) && key === "z") { event.preventDefault(); sendOrSay(event.shiftKey ? "redo" : "undo"); }
   else if (key === "k" && !event.ctrlKey && !event.metaKey && !event.altKey) sendOrSay("keep");
 });
