@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Key tables of the reference, generated from the JSON Schemas of the files that users write.
+//! Key tables of the reference, generated from the JSON Schemas of the files that users write and of
+//! those that hold results.
 //!
 //! In: a page with marked places and the schema of its file. Out: the page with each place filled.
 //! A place begins with `<!-- keys: PATH -->` and ends with `<!-- end -->`; PATH is the dotted path
@@ -35,14 +36,17 @@ pub fn fill(page: &str, schema: &Value) -> Result<String> {
     Ok(filled + rest)
 }
 
-/// The schema of the table at a dotted path; of a list, that of its entries.
+/// The schema of the table at a dotted path; of lists and of tables by name, that of their entries.
 fn at<'a>(schema: &'a Value, path: &str) -> Option<&'a Value> {
     let steps = path.split('.').filter(|step| !step.is_empty());
     steps.into_iter().try_fold(schema, |table, step| {
         let mut forms = forms(table).into_iter();
         let found = forms.find_map(|form| form["properties"].get(step))?;
-        let map = found.get("additionalProperties").filter(|of| of.is_object());
-        Some(found.get("items").or(map).unwrap_or(found))
+        let entry = |of: &&'a Value| {
+            let named = of.get("additionalProperties").filter(|entry| entry.is_object());
+            of.get("items").or(named).filter(|_| of.get("properties").is_none())
+        };
+        std::iter::successors(Some(found), entry).last()
     })
 }
 
@@ -152,7 +156,7 @@ fn kind_of_value(schema: &Value) -> String {
         return all("anyOf").map(kind_of_value).collect::<Vec<_>>().join(" or ");
     }
     match schema["type"].as_str() {
-        _ if schema.is_boolean() => "value".to_owned(),
+        _ if !schema.is_object() => "value".to_owned(),
         Some("number") => "number".to_owned(),
         Some("integer") => "whole number".to_owned(),
         Some("string") => "text".to_owned(),
@@ -165,6 +169,7 @@ fn kind_of_value(schema: &Value) -> String {
 fn list(schema: &Value) -> String {
     let entry = kind_of_value(&schema["items"]);
     match schema["minItems"].as_u64() {
+        Some(count) if entry.ends_with('s') => format!("{count} rows of {entry}"),
         Some(count) => format!("{count} {entry}s"),
         None if entry.starts_with('`') => format!("list of {entry}"),
         None if entry.ends_with('s') => format!("rows of {}", entry.trim_start_matches("list of ")),
@@ -182,6 +187,9 @@ mod tests {
     use super::*;
     use crate::commands::schema::InputFile;
     use gratings::grating_case::keys::CaseKeys;
+    use results::package::PackageFile;
+    use results::schema::ResultsFile;
+    use results::zones::ZonesFile;
 
     /// Rewrites the pages where `BATWING_BLESS` is set.
     #[test]
@@ -192,7 +200,13 @@ mod tests {
             (format!("{}-file.md", name.get_name()), file.schema())
         });
         let case = ("grating-case.md".to_owned(), of_file::<CaseKeys>("Case"));
-        for (page, schema) in files.chain([case]) {
+        let results = serde_json::json!({"properties": {
+            "results": of_file::<ResultsFile>("Results"),
+            "package": of_file::<PackageFile>("Package"),
+            "zones": of_file::<ZonesFile>("Zones"),
+        }});
+        let results = ("results-schema.md".to_owned(), results);
+        for (page, schema) in files.chain([case, results]) {
             let path = folder.join(&page);
             let text = std::fs::read_to_string(&path).expect("a page");
             let fresh = fill(&text, &schema).expect("tables");

@@ -15,7 +15,7 @@ pub fn account(seen: &Observation, name: &str) -> Estimate {
     let ledger = seen.ledger();
     let found = ledger.accounts.iter().find(|(known, _)| known == name);
     let known: Vec<&String> = ledger.accounts.iter().map(|(name, _)| name).collect();
-    found.unwrap_or_else(|| panic!("{name} among {known:?}")).1
+    found.unwrap_or_else(|| panic!("{name} among {known:?}")).1.estimate()
 }
 
 /// Judges whether an estimate is what it should be.

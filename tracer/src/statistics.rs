@@ -3,8 +3,8 @@
 //!
 //! A run is cut into G groups of equally many paths, independent of each other. The scatter of the
 //! groups gives the error of any mean; for a derived metric (a ratio, the place of a maximum) the
-//! jackknife evaluates it on all groups but one, G times: SE² = (G-1)/G Σ (f₋g - mean f₋)², and its
-//! bias is (G-1)(mean f₋ - f). References: [Welford 1962], [Efron, Stein 1981].
+//! jackknife evaluates it on all groups but one, G times: SE² = (G-1)/G Σ (f₋g - mean f₋)².
+//! References: [Welford 1962], [Efron, Stein 1981].
 
 /// A result with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -13,9 +13,6 @@ pub struct Estimate {
     pub value: f64,
     /// Standard error of `value`, same unit.
     pub standard_error: f64,
-    /// Bias of `value` as the jackknife sees it (0 for means, positive for the maximum of noisy
-    /// bins); not subtracted.
-    pub bias: f64,
 }
 
 impl Estimate {
@@ -47,7 +44,7 @@ impl Moments {
 
     /// Mean and standard error together.
     pub fn estimate(&self) -> Estimate {
-        Estimate { value: self.mean, standard_error: self.standard_error(), bias: 0.0 }
+        Estimate { value: self.mean, standard_error: self.standard_error() }
     }
 }
 
@@ -73,7 +70,6 @@ pub fn jackknife(whole: f64, left_out: &[f64]) -> Estimate {
     Estimate {
         value: whole,
         standard_error: ((groups - 1.0) / groups * moments.squares).max(0.0).sqrt(),
-        bias: (groups - 1.0) * (moments.mean - whole),
     }
 }
 
@@ -91,19 +87,5 @@ mod tests {
         let left_out: Vec<f64> = values.iter().map(|v| (sum - v) / 63.0).collect();
         let estimate = jackknife(sum / 64.0, &left_out);
         assert!((estimate.standard_error / moments.standard_error() - 1.0).abs() < 1e-10);
-        assert!(estimate.bias.abs() < 1e-12);
-    }
-
-    #[test]
-    fn jackknife_finds_the_bias_of_a_squared_mean() {
-        // E[mean²] exceeds the square of the expectation by variance/n, exactly what the jackknife
-        // must report.
-        let mut rng = stream(9, 0);
-        let values: Vec<f64> = (0..500).map(|_| unit(&mut rng)).collect();
-        let moments: Moments = values.iter().copied().collect();
-        let sum: f64 = values.iter().sum();
-        let left_out: Vec<f64> = values.iter().map(|v| ((sum - v) / 499.0).powi(2)).collect();
-        let estimate = jackknife((sum / 500.0).powi(2), &left_out);
-        assert!((estimate.bias / (moments.variance() / 500.0) - 1.0).abs() < 1e-6);
     }
 }

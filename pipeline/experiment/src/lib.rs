@@ -41,6 +41,7 @@
 //! | [`checked_file`] | head of the three input files |
 //! | [`description`] | kind and description of such a file |
 //! | [`design_file`] | a design file in which keys are set |
+//! | `paired_sum` | objectives and misfits with their replicates |
 //! | [`ring_slopes`] | relief by the slopes of its rings |
 
 pub mod checked_file;
@@ -49,6 +50,7 @@ pub mod design_file;
 mod linked_keys;
 mod missing_figure;
 pub mod optimise;
+mod paired_sum;
 pub mod ring_slopes;
 pub mod study;
 pub mod tolerance;

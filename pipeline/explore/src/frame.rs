@@ -113,7 +113,7 @@ fn ledger(result: &ModelResult) -> Vec<Value> {
     let seen = ends.filter(|(_, share)| share.value > NEGLIGIBLE);
     let row = |(key, _): &(String, _)| {
         let share = result.ledger.account(key)?;
-        let text = shown::estimate(share, Unit::Fraction);
+        let text = shown::text(share, Unit::Fraction);
         Some(
             json!({"key": key, "label": key.replace('_', " "), "text": text, "share": share.value}),
         )

@@ -23,7 +23,7 @@
 //! | [`far_field`] | intensity over angle, peak angle, centre/peak |
 //! | [`illuminance`], [`lit`], [`layout`] | maps on the plane, lit parts of bins, places of the LEDs |
 //! | [`uniformity`], [`uniformity_forms`], [`valley`] | uniformity in all forms, minimum of a noisy map |
-//! | [`extraction`] | extraction efficiency, power ledger |
+//! | [`extraction`] | extraction efficiency, ends of light |
 //! | [`chromaticity`], [`colour_matching`], [`photopic`] | u', v', colour temperature; CIE tables |
 //! | [`colour_difference`], [`colour_regions`], [`colour_map`] | colour over cell, angle and maps |
 //! | [`dimming`] | panel before a backlight, spread of a zone's light |

@@ -6,13 +6,14 @@ use std::fmt::Write as _;
 
 use metrics::Estimate;
 use metrics::digits::thousands;
-use metrics::extraction::{Ledger, is_end};
+use metrics::extraction::is_end;
 use metrics::figures::{BEAM_ANGLE, COLOURS, EXTRACTION, FAR_FIELD, FIELD_ANGLE, UNIFORMITY};
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::{FORMS, Form, Region};
 use results::figure_entry::FigureEntry;
 use results::film_light;
+use results::ledger::Ledger;
 use results::{DesignResult, Figure, ModelResult, shown};
 
 /// Accounts of the ledger below this fraction of the emitted power are left out.
@@ -63,7 +64,7 @@ fn films(text: &mut String, ledger: &Ledger) {
         let _ = writeln!(text, " {:<w$}{}", "between films", ways.trim_end(), w = NAMES + 1);
     }
     for (name, shares) in planes.into_iter().rev() {
-        let shares = shares.map(|share| shown::estimate(share, Unit::Ratio));
+        let shares = shares.map(|share| shown::estimate(share.with_added_errors(), Unit::Ratio));
         line(text, &name, in_columns(COLUMN, shares.into_iter()).trim_end());
     }
 }
@@ -73,13 +74,14 @@ fn light(text: &mut String, ledger: &Ledger, photons: Option<&Ledger>) {
     let columns = photons.map_or("", |_| "photons");
     let _ =
         writeln!(text, "{}", format!(" {heading:<w$}{columns}", w = NAMES + 1 + COLUMN).trim_end());
+    let of = |ledger: &Ledger, key: &str| ledger.account(key).map(FigureEntry::with_added_errors);
     let shares = |key: &str, share: Estimate| {
-        let photons = photons.and_then(|photons| photons.account(key)).map(percent);
+        let photons = photons.and_then(|photons| of(photons, key)).map(percent);
         let cells = [percent(share)].into_iter().chain(photons);
         in_columns(COLUMN, cells).trim_end().to_owned()
     };
     for (key, name) in [("escaped_up", "up"), ("escaped_down", "down")] {
-        if let Some(estimate) = ledger.account(key) {
+        if let Some(estimate) = of(ledger, key) {
             line(text, name, &shares(key, estimate));
         }
     }
@@ -88,7 +90,7 @@ fn light(text: &mut String, ledger: &Ledger, photons: Option<&Ledger>) {
         if !is_end(key) || key.starts_with("escaped_") {
             continue;
         }
-        let Some(share) = ledger.account(key) else { continue };
+        let Some(share) = of(ledger, key) else { continue };
         if key.starts_with("lost_") {
             lost = together(lost, share);
         } else if share.value > NEGLIGIBLE {
@@ -258,8 +260,9 @@ mod tests {
         let mut angle = figure("peak_angle_deg", "peak angle", Unit::Degree, 20.0, 5.0);
         angle.entry.peak_place = PeakPlace::NotResolved;
         figures.push(angle);
-        let account =
-            |name: &str, value: f64, error: f64| (name.to_owned(), Estimate::new(value, error));
+        let account = |name: &str, value: f64, error: f64| {
+            (name.to_owned(), FigureEntry::new(Estimate::new(value, error)))
+        };
         ModelResult {
             key: "geometric".to_owned(),
             label: "rays".to_owned(),
@@ -274,7 +277,6 @@ mod tests {
                     account("absorbed_by_led_top", 1e-9, 0.0),
                     account("lost_depth", 1e-5, 1e-6),
                 ],
-                ..Ledger::default()
             },
             photons: None,
             counters: Vec::new(),
@@ -308,8 +310,9 @@ mod tests {
     #[test]
     fn light_that_is_lost_has_the_error_of_its_parts() {
         let mut lossy = model();
-        let account =
-            |name: &str, value: f64, error: f64| (name.into(), Estimate::new(value, error));
+        let account = |name: &str, value: f64, error: f64| {
+            (name.into(), FigureEntry::new(Estimate::new(value, error)))
+        };
         lossy.ledger.accounts.push(account("lost_too_many_bounces", 4e-5, 2e-6));
         let text = block("mine", &lossy);
         assert!(text.contains("lost                        0.00500 ± 0.00022 %"), "{text}");

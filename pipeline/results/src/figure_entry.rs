@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A figure of merit in `results.json`: value, error and state.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use metrics::Estimate;
@@ -31,29 +32,34 @@ fn range(unit: Unit) -> [f64; 2] {
 const SEEN: f64 = 2.0;
 
 /// A figure of merit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FigureEntry {
     /// Best value.
     pub value: f64,
     /// One standard deviation of the value.
     #[serde(deserialize_with = "estimate::standard_error")]
     pub standard_error: f64,
-    /// Bound of the bias that picking a bin leaves in the value.
+    /// Of figures that pick the largest or smallest bin: bound of the bias that picking leaves in
+    /// the value. The standard error holds it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_bound: Option<f64>,
-    /// Of a peak angle: on the axis or not resolved, so that the value is noise.
+    /// Of a peak angle, place of the peak; of a change that may be as large as the range of its
+    /// figure, and of a ratio between 0 and more than 1, not resolved.
     #[serde(default, skip_serializing_if = "PeakPlace::is_off_axis")]
     pub peak_place: PeakPlace,
-    /// Of a peak that is a bin: middles of the first and last bins that cannot be told from it,
-    /// degrees.
+    /// Of a peak that is the middle of a bin: middles of the first and last bins that three
+    /// standard errors do not tell from the largest, degrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_range_deg: Option<[f64; 2]>,
-    /// Of a figure that is known between two ends alone, a peak that is a bin or an extreme that is
-    /// not resolved: these ends.
+    /// Of a figure that is known between two ends alone: these ends, which terminal, tables and
+    /// page show in place of value and error. Of a peak that is the middle of a bin they are the
+    /// outer edges of `peak_range_deg`; of a beam or field angle twice the angles between which the
+    /// intensity passes its level.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
-    /// Of a value of 0 that is no more than not seen: the bound below which it lies, with 95 %
-    /// confidence or more.
+    /// Of a sum that no path reached: three times the power of one path, which bounds it with 95 %
+    /// confidence. Accounts in which no path can end (media that do not absorb, downwards without a
+    /// housing) are 0 ± 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub upper_bound: Option<f64>,
     /// Of a figure of the map: where its valley was read, (x, y) in mm.
@@ -62,13 +68,18 @@ pub struct FigureEntry {
     /// Of a figure of the map: the middle of its largest bin, (x, y) in mm.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_at_mm: Option<[f64; 2]>,
-    /// Change when the last wavelengths were added.
+    /// In the light of a spectrum: change of the figure when the last wavelengths were added.
+    /// Absent for lines and for a single sample. Errors on terminal and page hold it;
+    /// `standard_error` does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_error: Option<Estimate>,
-    /// Estimate of what cells of the table of a film stack add, from cells of twice the width.
+    /// Where films are traced by a table: what its cells add, estimated from cells of twice the
+    /// width, with its own error. `standard_error` holds the noise of the table, and not this;
+    /// errors on terminal and page hold it where it is beyond two of its own. In the light of a
+    /// spectrum that nothing converts it is not estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub film_table_error: Option<Estimate>,
-    /// Reference value from elsewhere, in the unit of the figure.
+    /// Published value of the figure, where the paper gives one.
     #[serde(rename = "published", default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<f64>,
 }

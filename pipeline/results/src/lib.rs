@@ -22,6 +22,7 @@
 //! | [`full_wave`], [`zones`] | `full_wave.json`, `zones.json` |
 //! | [`target`], [`constraint`] | what is asked of a figure, verdict on its value |
 //! | [`figure_entry`], [`shown`] | a figure with its state, and for people |
+//! | [`ledger`] | shares of the emitted power by where it goes |
 //! | [`headline`] | figures that stand first on a page |
 //! | [`paired_figure`] | a figure with its replicates, for changes between paired traces |
 //! | `stored_figure` | figures of a model by their keys |
@@ -33,6 +34,7 @@ pub mod figure_entry;
 pub mod film_light;
 pub mod full_wave;
 pub mod headline;
+pub mod ledger;
 pub mod optimisation;
 pub mod package;
 pub mod paired_figure;
@@ -57,7 +59,6 @@ use schema::{
 };
 use serde_json::Value;
 
-use metrics::extraction::Ledger;
 use metrics::kinds::Weighting;
 use metrics::plural::count;
 use metrics::quantity::Unit;
@@ -66,6 +67,7 @@ use runtime::provenance::FileRecord;
 
 use crate::earlier::Earlier;
 use crate::figure_entry::FigureEntry;
+use crate::ledger::Ledger;
 
 /// Version of the layout of `results.json`.
 pub const SCHEMA_VERSION: u32 = 4;
@@ -346,8 +348,7 @@ mod tests {
             paths: 10,
             figures: vec![figure, axial],
             ledger: Ledger {
-                accounts: vec![("escaped".to_owned(), Estimate::new(0.9, 0.01))],
-                ..Ledger::default()
+                accounts: vec![("escaped".to_owned(), FigureEntry::new(Estimate::new(0.9, 0.01)))],
             },
             photons: None,
             counters: Vec::new(),

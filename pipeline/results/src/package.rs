@@ -3,6 +3,7 @@
 //!
 //! The layout is written out in `docs/reference/results-schema.md`.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::ray_paths::{PathEnd, TracedPath};
@@ -14,20 +15,21 @@ pub const FILE: &str = "package.json";
 pub const MAP: &str = "map";
 
 /// The whole file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PackageFile {
-    /// The package in names and words for people.
+    /// The design in words: pairs of name and words.
     pub simulated: Vec<(String, String)>,
-    /// The package and its surroundings.
+    /// Lines of the package nearest to the middle of the array, in mm from its axis, which lies at
+    /// `at_mm`.
     pub drawing: PackageDrawing,
-    /// Paths in the plane y = 0.
+    /// 120 paths in the plane y = 0, as `batwing rays` lists them.
     pub section_paths: Vec<TracedPath>,
     /// Paths in three dimensions.
     pub paths_3d: Paths3d,
 }
 
 /// The package nearest to the middle of the array, with its axis at the origin.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct PackageDrawing {
     /// The dome: lines in the plane y = 0 that close, (x, z) in mm.
     pub dome_mm: Vec<Vec<[f64; 2]>>,
@@ -96,7 +98,7 @@ impl PackageDrawing {
 }
 
 /// A ring of the dome.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct RingOutline {
     /// Name.
     pub name: String,
@@ -105,7 +107,7 @@ pub struct RingOutline {
 }
 
 /// A solid or sheet.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SolidDrawing {
     /// Name.
     pub name: String,
@@ -124,27 +126,30 @@ pub struct SolidDrawing {
 }
 
 /// Paths from one package among all others, and what leaves where.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Paths3d {
     /// Paths traced, of equal power.
     pub traced: u64,
-    /// Names of the dome's rings, from the axis outwards.
+    /// Names of the dome's rings, from the axis outwards; a dome without relief has twelve of equal
+    /// width.
     pub rings: Vec<String>,
     /// Names of surfaces.
     pub faces: Vec<String>,
-    /// The first of the paths.
+    /// The first 1500 of them: `fate`, `points_mm`, `leaves_along`, last `ring` and surface
+    /// (`face`).
     pub paths: Vec<Path3d>,
     /// Width of the polar angles counted, degrees.
     pub bin_deg: f64,
     /// Escaped paths by polar angle and by the ring through which they left the dome last; the last
     /// number of each row counts those that left through none.
     pub by_ring: Vec<Vec<u32>>,
-    /// The same by the surface met last; the last number counts those that met none.
+    /// Escaped paths by polar angle and by the surface met last; the last number of each row counts
+    /// those that met none.
     pub by_face: Vec<Vec<u32>>,
 }
 
 /// A path in three dimensions.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Path3d {
     /// Fate.
     pub fate: PathEnd,

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Single paths of light, as `batwing rays` writes them.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Fate of a path.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum PathEnd {
     /// Left the scene with direction z ≥ 0.
@@ -59,7 +62,7 @@ impl PathEnd {
 }
 
 /// A place where a path bends or ends.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Vertex {
     /// Place, mm.
     pub point_mm: [f64; 3],
@@ -68,7 +71,7 @@ pub struct Vertex {
 }
 
 /// One path.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TracedPath {
     /// Power that it carries from its source to its end, W.
     pub power_w: f64,

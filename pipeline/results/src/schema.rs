@@ -8,12 +8,12 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::PathBuf;
 
+use schemars::JsonSchema;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value};
 
 use metrics::Estimate;
-use metrics::extraction::Ledger;
 use metrics::kinds::{Carrying, ReceiverKind, Weighting};
 use runtime::content_hash::sealed;
 use runtime::provenance::FileRecord;
@@ -21,6 +21,7 @@ use runtime::serde_messages::{key_text, plain};
 
 use super::SCHEMA_VERSION;
 use super::figure_entry::FigureEntry;
+use super::ledger::Ledger;
 
 /// Ending of the account of the energy that photons which a luminophore emits lack.
 pub const STOKES_LOSS: &str = "stokes_loss";
@@ -29,37 +30,39 @@ pub const STOKES_LOSS: &str = "stokes_loss";
 pub type ModelEntries = BTreeMap<String, ModelEntry>;
 
 /// The whole file.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ResultsFile {
-    /// [`SCHEMA_VERSION`] of the program that wrote it.
+    /// Version of the layout, 4.
     pub schema_version: u32,
-    /// Program.
+    /// Name and version of the program.
     pub program: Program,
-    /// True if `--quick` reduced tables and paths.
+    /// True with `--quick`, which reduces tables and paths.
     pub quick: bool,
-    /// Meaning of `--quick`.
+    /// What `--quick` means.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub quick_note: Option<String>,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Files that went in.
+    /// Files that went in, likewise; files under `[files]` stand with their tables.
     pub inputs: Vec<FileRecord>,
-    /// Files that came out, sorted by name.
+    /// Files beside `results.json`, each with `file` and `sha256`, sorted, parts of names joined by
+    /// `/`.
     pub files: Vec<FileRecord>,
-    /// Source of the reference values, where some figures have them.
+    /// Of `reproduce`: source of the figures under `published`.
     #[serde(rename = "published_source", default, skip_serializing_if = "Option::is_none")]
     pub reference_source: Option<String>,
-    /// The design run, or those that are compared with reference values, by name.
+    /// By name, the designs of `run`, or `D1`, `D2` and `D3` of `reproduce`: models by key.
     pub designs: BTreeMap<String, ModelEntries>,
-    /// Designs beside them.
+    /// Designs beside those of `designs`, `bare-dome` and `commercial-7p5` of `reproduce`: models
+    /// by key.
     pub references: BTreeMap<String, ModelEntries>,
-    /// Parts of domes by themselves.
+    /// Light of parts of domes by themselves, of `reproduce`.
     #[serde(rename = "figures")]
     pub parts: DomeParts,
 }
 
 /// Name and version of a program.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Program {
     /// Name.
     pub name: String,
@@ -119,42 +122,43 @@ fn complaint(path: &str, said: &str) -> String {
 }
 
 /// One model of one design.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct ModelEntry {
     /// Figures of merit by key.
     #[serde(flatten)]
     pub figures: BTreeMap<String, FigureEntry>,
-    /// Ledger of the power.
+    /// Shares of the emitted power, by account.
     pub power_ledger: Ledger,
-    /// Ledger of the photons of converted light, as shares of those emitted.
+    /// Of converted light, the ledger of photons, as shares of those emitted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub photon_ledger: Option<Ledger>,
-    /// Mean counts of a path.
+    /// `surfaces_per_path`: mean number of surfaces that a path meets; by a table of films those of
+    /// the light that comes back.
     pub counters: BTreeMap<String, f64>,
     /// Paths traced.
     pub paths: u64,
-    /// Units of figures, ledger and counters.
+    /// Unit of every figure (`1`, `deg`, `k`), of the ledger (`W/W`, `lm/lm`) and of counters.
     pub units: BTreeMap<String, String>,
-    /// Tables of the hybrid, band by band.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    /// Tables of the hybrid, one a band; in the light of a spectrum under each wavelength.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<TableEntry>,
-    /// The light of a spectrum.
+    /// Sampling of light of several wavelengths, or of sources by themselves.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spectrum: Option<SpectrumEntry>,
-    /// Flux, intensity and illuminance of a design that states what its LEDs emit.
+    /// Figures in absolute units, of a design with a stated flux.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub absolute: Option<AbsoluteEntry>,
-    /// Statement on rays that carried their polarisation.
+    /// With `light.polarization = "carried"`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub polarization: Option<PolarizationEntry>,
     /// `[[receivers]]` by name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub receivers: Option<BTreeMap<String, ReceiverEntry>>,
-    /// The stopping rule of `--until-error`.
+    /// With `--until-error`: outcome of the stopping rule.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub until_error: Option<UntilError>,
     /// SHA-256 of the design file that was traced.
-    #[serde(skip_serializing_if = "String::is_empty")]
+    #[serde(default, skip_serializing_if = "String::is_empty")]
     pub design_sha256: String,
     /// Seed of a model that an earlier run computed; absent: that of the file.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -162,7 +166,7 @@ pub struct ModelEntry {
 }
 
 /// Figures in the units of light as it is sold, of all packages together and of one of them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AbsoluteEntry {
     /// Number of packages.
     pub packages: usize,
@@ -173,12 +177,12 @@ pub struct AbsoluteEntry {
     /// Electrical power of all packages, W, where the design states it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub electrical_w: Option<f64>,
-    /// Figures by key.
+    /// Figures by key: those of `intensity_*`, `illuminance_*`, `flux_up` and `flux_down`.
     pub figures: BTreeMap<String, AbsoluteFigure>,
 }
 
 /// One of them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct AbsoluteFigure {
     /// `W`, `lm`, `W/sr`, `cd`, `W/mm²` or `lx`.
     pub unit: String,
@@ -191,59 +195,66 @@ pub struct AbsoluteFigure {
 }
 
 /// A table of diffraction orders.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct TableEntry {
-    /// Band, from 1.
+    /// Band, from 1, from the axis.
     pub band: usize,
-    /// Ring that was solved, from 1.
+    /// Ring that was solved, from 1, from the axis.
     pub ring: usize,
-    /// Wavelength, nm; not in files of earlier versions.
+    /// Wavelength for which it was solved, nm; absent in files of earlier versions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub wavelength_nm: Option<f64>,
-    /// Period, µm.
+    /// Period of the unit cell, µm.
     pub period_um: f64,
-    /// Depth, µm.
+    /// Depth of the unit cell, µm.
     pub depth_um: f64,
-    /// Highest order kept.
+    /// Highest order M kept.
     pub orders: usize,
     /// Slices of the relief.
     pub slices: usize,
-    /// Estimated error of an efficiency.
+    /// Error of an efficiency that the solver estimates.
     pub estimated_error: f64,
-    /// Worst departure of the power balance from 1.
+    /// Worst departure of the solver's power balance from 1.
     pub energy_residual: f64,
     /// Nodes of kx in a Brillouin zone.
     pub kx_per_zone: usize,
     /// Nodes of ky.
     pub ky: usize,
-    /// Estimated error of diffuse light by interpolation in ky.
+    /// Estimated error of diffuse light by interpolation in ky; null where the design states the
+    /// nodes.
     pub grid_error: Option<f64>,
     /// The same in kx.
     pub kx_error: Option<f64>,
-    /// Key of the cache.
+    /// Key of the cache: hash of everything that the table depends on.
     pub sha256: String,
 }
 
 /// Sampling of the light of a spectrum.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SpectrumEntry {
-    /// The light itself.
+    /// Spectrum of the design with its `weighting`, `luminous_efficacy_lm_per_w` and `range_nm`;
+    /// or, of sources that shine in lights of their own, `sources`: for each light the names of its
+    /// sources, `emitted_w` of 1 W together, `emitted_lm`, `light`, and `power_ledger` in shares of
+    /// its own flux.
     pub light: LightEntry,
-    /// Units of the files.
+    /// Units of `intensity` and `map` in the files.
     pub units: FileUnits,
-    /// Flux that all sources emit.
+    /// Flux that all sources emit: `emitted_w`; `emitted_lm` in photometric weighting.
     pub emitted: Emitted,
     /// Reason why no more wavelengths were added.
     pub stopped_by: StoppedBy,
-    /// The wavelengths.
+    /// The wavelengths, each with its figures.
     pub wavelengths: Vec<WavelengthEntry>,
     /// Number of wavelengths that `wavelength_error` compares with.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared_with: Option<usize>,
-    /// Flux out over flux in, by weighting.
+    /// Of sources in lights of their own, for `radiometric` and `photometric`: `unit`, flux
+    /// `emitted`, and the estimates `extraction_efficiency` and `escaped_up`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub efficiency: Option<BTreeMap<Weighting, EfficiencyEntry>>,
-    /// Ledgers of single sources, by name.
+    /// With `trace.ledger_by_source`, also at a single wavelength, for every source: `emitted_w`,
+    /// `emitted_lm`, and `power_ledger` in shares of its own flux; `wavelengths` then has an entry
+    /// for each source.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_source: Option<BTreeMap<String, SourceEntry>>,
 }
@@ -257,7 +268,7 @@ impl SpectrumEntry {
 }
 
 /// A spectrum, or the lights of single sources.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LightEntry {
     /// Weighting of figures.
     pub weighting: Weighting,
@@ -267,7 +278,7 @@ pub struct LightEntry {
 }
 
 /// Units of intensity and map in the files.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct FileUnits {
     /// Of the far field.
     pub intensity: String,
@@ -276,7 +287,7 @@ pub struct FileUnits {
 }
 
 /// Flux that all sources emit.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Emitted {
     /// Radiant, W.
     pub emitted_w: f64,
@@ -286,7 +297,7 @@ pub struct Emitted {
 }
 
 /// Reason why no more wavelengths were added.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StoppedBy {
     /// Every line was computed.
@@ -297,14 +308,14 @@ pub enum StoppedBy {
     Samples,
     /// Figures change by no more than the tolerance.
     Tolerance,
-    /// Changes beyond the tolerance are within their statistical errors.
+    /// Changes beyond the tolerance are within two of their statistical errors.
     Statistics,
-    /// There is no larger rule, or no memory for it.
+    /// 31 wavelengths, or no memory for more.
     Limit,
 }
 
 /// One wavelength.
-#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, JsonSchema)]
 pub struct WavelengthEntry {
     /// Vacuum wavelength, nm.
     pub wavelength_nm: f64,
@@ -317,10 +328,10 @@ pub struct WavelengthEntry {
     /// Absorption of the silicone for power, 1/mm.
     pub silicone_absorption_per_mm: f64,
     /// Sources that shine, where not all do.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sources: Vec<String>,
     /// Tables of the hybrid.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tables: Vec<TableEntry>,
     /// Figures at this wavelength alone.
     #[serde(flatten)]
@@ -328,7 +339,7 @@ pub struct WavelengthEntry {
 }
 
 /// Flux out over flux in, in one weighting.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EfficiencyEntry {
     /// `W/W` or `lm/lm`.
     pub unit: String,
@@ -343,7 +354,7 @@ pub struct EfficiencyEntry {
 }
 
 /// One source that is traced by itself.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct SourceEntry {
     /// Radiant power, W.
     pub emitted_w: f64,
@@ -354,7 +365,7 @@ pub struct SourceEntry {
 }
 
 /// Statement on rays that carried their polarisation.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct PolarizationEntry {
     /// `light.polarization` of the design.
     pub light: Carrying,
@@ -366,13 +377,13 @@ pub struct PolarizationEntry {
 pub const BY_ANGLE: &str = "receivers/by_angle";
 
 /// One receiver of `[[receivers]]`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ReceiverEntry {
-    /// Kind.
+    /// Kind of receiver.
     pub kind: ReceiverKind,
     /// Quantity in its files.
     pub quantity: String,
-    /// Unit of that quantity.
+    /// Unit of that quantity, and of `mean`, `min` and `max`.
     pub unit: String,
     /// Files, under the folder of the model.
     pub files: Vec<PathBuf>,
@@ -386,11 +397,12 @@ pub struct ReceiverEntry {
 }
 
 /// The outcome of a stopping rule.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct UntilError {
     /// Figure to be known.
     pub figure: String,
-    /// Standard error wanted, in the unit of the figure; a relative one as a share of its value.
+    /// Standard error asked for, in the unit of the figure (0.001 for `0.1%`), of a flux a share of
+    /// what is emitted; a relative one as a share of the value.
     pub error: f64,
     /// True of a relative error.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
@@ -402,7 +414,7 @@ pub struct UntilError {
 }
 
 /// Light of parts of domes by themselves; each may be absent.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DomeParts {
     /// Far fields of the elements of one dome.
     #[serde(rename = "figure_3", default, skip_serializing_if = "Option::is_none")]
@@ -416,14 +428,14 @@ pub struct DomeParts {
 }
 
 /// Curves of one figure.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CurvesEntry {
     /// The curves.
     pub curves: Vec<CurveEntry>,
 }
 
 /// Azimuthal mean of a far field.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct CurveEntry {
     /// Name in the legend.
     pub label: String,
@@ -436,20 +448,20 @@ pub struct CurveEntry {
 }
 
 /// Lobes of one ring at normal incidence from the silicone.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LobesEntry {
     /// Band, from 1.
     pub band: usize,
     /// Ring, from 1.
     pub ring: usize,
-    /// By ray optics.
+    /// Lobes by ray optics.
     pub rays: Vec<LobeEntry>,
-    /// By diffraction.
+    /// Lobes by diffraction.
     pub rcwa: Vec<LobeEntry>,
 }
 
 /// One direction into which power goes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct LobeEntry {
     /// `reflected` or `transmitted`.
     pub side: String,

@@ -16,7 +16,7 @@ impl ModelEntry {
             return Some((*entry, figures::find(key).map_or(Unit::Relative, |found| found.unit)));
         }
         if let Some(share) = self.power_ledger.account(key) {
-            return Some((FigureEntry::new(share), Unit::Fraction));
+            return Some((*share, Unit::Fraction));
         }
         let absolute = self.absolute.as_ref().and_then(|all| all.figures.get(key));
         if let Some(figure) = absolute {

@@ -138,10 +138,7 @@ impl ToleranceFigureEntry {
     /// The figure under `key` in a table.
     pub fn row(&self, key: &str) -> FigureRow {
         let unit = self.unit(key);
-        let quantile = |one: &QuantileEntry| {
-            let estimate = Estimate::new(one.value, one.standard_error);
-            (one.level, shown::estimate(estimate, unit))
-        };
+        let quantile = |one: &QuantileEntry| (one.level, shown::estimate(one.quantile, unit));
         FigureRow {
             nominal: shown::text(&self.nominal, unit),
             shift: shown::difference_between(&self.shift, unit),
@@ -158,9 +155,8 @@ pub struct QuantileEntry {
     /// Share of packages below it.
     pub level: f64,
     /// The quantile.
-    pub value: f64,
-    /// Standard error.
-    pub standard_error: f64,
+    #[serde(flatten)]
+    pub quantile: Estimate,
 }
 
 /// Shares of the variance of a figure.

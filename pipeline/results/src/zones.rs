@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use metrics::figures::OF_RECEIVER;
@@ -23,7 +24,7 @@ pub const SPREAD: &str = "light_spread.csv";
 pub const MAPS: [&str; 2] = ["backlight", "panel"];
 
 /// The whole file.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 pub struct ZonesFile {
     /// Version of the layout.
     pub schema_version: u32,
@@ -39,13 +40,13 @@ pub struct ZonesFile {
     pub design: String,
     /// Key of the model.
     pub model: String,
-    /// Name of the receiver: `plane` or one of `[[receivers]]`.
+    /// Receiver that was read: `plane` or the name of one of `[[receivers]]`.
     pub receiver: String,
     /// Quantity of all levels.
     pub quantity: String,
-    /// Its unit.
+    /// Unit of all levels.
     pub unit: String,
-    /// Columns and rows of packages.
+    /// Columns and rows of packages; of packages in no rows their number and 1.
     pub packages: [usize; 2],
     /// Columns and rows of packages that were traced.
     pub traced_packages: [usize; 2],
@@ -55,21 +56,29 @@ pub struct ZonesFile {
     pub paths: u64,
     /// Number of responses.
     pub responses: usize,
-    /// Light of an inner package beyond the traced ones.
+    /// Light of an inner package beyond the traced ones: `packages` to the walls of the traced
+    /// array, and the `share` beyond them, null where it does not fall off; all null where all
+    /// packages are traced.
     pub beyond_reach: Option<BeyondReach>,
-    /// Largest over smallest transmittance of the panel.
+    /// Contrast of the panel: largest over smallest transmittance.
     pub contrast: f64,
     /// Mean of the backlight over the panel at full drive.
     pub white: FigureEntry,
-    /// Figures of the backlight at full drive, by keys of receivers.
+    /// Figures of the backlight at full drive, by keys of receivers, of bins at least half on the
+    /// panel; a `bias_bound` is that of `beyond_reach`.
     pub uniformity: BTreeMap<String, FigureEntry>,
-    /// Groups that the errors of extremes in `uniformity` come from.
+    /// Groups of paths behind the errors of extremes in `uniformity`: 64, or 16 of maps of more
+    /// than 312 500 bins.
     pub groups_of_extremes: usize,
-    /// Black beside bright.
+    /// Means of `black` bins beside bright ones and of the `bright` ones, and `contrast`, the first
+    /// over the second; null without black beside bright.
     pub halo: Option<Halo>,
-    /// Light of one zone.
+    /// Light of the zone nearest to the middle: `zone` (column from the left, row from the top,
+    /// from 1), `centre_mm`, and `radii`, each with the `share` of the largest ring and
+    /// `radius_mm`, null where the rings do not tell.
     pub light_spread: LightSpread,
-    /// Comparison with a trace of the pattern itself.
+    /// With `--direct`, comparison with a trace of the pattern itself: number of `zones`,
+    /// `chi_square`, and the `largest` difference in standard errors.
     pub direct: Option<Direct>,
 }
 
@@ -137,16 +146,16 @@ impl ZonesFile {
 }
 
 /// Light of an inner package beyond the traced ones.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
 pub struct BeyondReach {
     /// Packages from the inner one to the walls of the traced array.
     pub packages: usize,
-    /// Share of its light; `None` where it does not fall off.
+    /// Share of its light; null where it does not fall off.
     pub share: Option<FigureEntry>,
 }
 
 /// Black bins of the picture in or beside zones with its brightest bins, and these.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
 pub struct Halo {
     /// Mean of black bins.
     pub black: FigureEntry,
@@ -157,7 +166,7 @@ pub struct Halo {
 }
 
 /// Light of the zone nearest to the middle.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 pub struct LightSpread {
     /// Column from the left and row from the top, from 1.
     pub zone: [usize; 2],
@@ -168,7 +177,7 @@ pub struct LightSpread {
 }
 
 /// Where a zone's light has fallen to a share.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
 pub struct Radius {
     /// Share of the largest ring.
     pub share: f64,
@@ -177,7 +186,7 @@ pub struct Radius {
 }
 
 /// Distance of a trace of the pattern itself from the superposition, in the means of the zones.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
 pub struct Direct {
     /// Number of zones.
     pub zones: usize,

@@ -6,7 +6,6 @@ use std::collections::BTreeMap;
 
 use design::Design;
 use metrics::Estimate;
-use metrics::extraction::Ledger;
 use results::ModelResult;
 use results::figure_entry::FigureEntry;
 
@@ -80,22 +79,14 @@ impl AddedErrors {
         }
     }
 
-    fn put_all(&self, ledger: &mut Ledger, errors: BTreeMap<String, Estimate>) {
-        match self.cause {
-            Cause::Wavelengths => ledger.wavelength_errors = errors,
-            Cause::FilmTable => ledger.film_table_errors = errors,
-        }
-    }
-
     /// Adds them to the figures, the ledger, absolute figures and receivers of `result`.
     pub fn add_to(&self, result: &mut ModelResult, units: &Units) {
         for figure in &mut result.figures {
             self.put(&mut figure.entry, self.of(&figure.key));
         }
-        let accounts = result.ledger.accounts.iter().map(|(account, _)| account);
-        let errors = accounts.filter_map(|account| Some((account.clone(), self.of(account)?)));
-        let errors = errors.collect();
-        self.put_all(&mut result.ledger, errors);
+        for (account, share) in &mut result.ledger.accounts {
+            self.put(share, self.of(account));
+        }
         if let Some(absolute) = &mut result.absolute {
             let per_package = 1.0 / absolute.packages as f64;
             for (key, figure) in &mut absolute.figures {

@@ -4,9 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use design::Design;
-use metrics::extraction::Ledger;
 use metrics::kinds::Carrying;
 use results::ModelResult;
+use results::ledger::Ledger;
 use results::schema::PolarizationEntry;
 
 use super::model::Model;

@@ -21,7 +21,7 @@ use tracer::ledger::{Lines, Loss};
 use tracer::receiver::underscored;
 
 use design::Design;
-use metrics::extraction::{Ledger, flow};
+use metrics::extraction::flow;
 use metrics::far_field::{AngularBins, BinPlacement, FarFieldReading};
 use metrics::figures::{self, NamedFigure};
 use metrics::hits::with_one_path;
@@ -33,6 +33,7 @@ use metrics::uniformity::ValleyReading;
 use metrics::{Estimate, Grouped, JackknifedFigure};
 use results::Figure;
 use results::figure_entry::FigureEntry;
+use results::ledger::Ledger;
 use results::paired_figure::PairedFigure;
 use results::schema::STOKES_LOSS;
 

@@ -37,7 +37,7 @@ const PATHS: u64 = 200_000;
 fn account(seen: &Observation, name: &str) -> Estimate {
     let ledger = seen.ledger();
     let found = ledger.accounts.iter().find(|(known, _)| known == name);
-    found.unwrap_or_else(|| panic!("{name} among {:?}", ledger.accounts)).1
+    found.unwrap_or_else(|| panic!("{name} among {:?}", ledger.accounts)).1.estimate()
 }
 
 /// Judges in standard errors whether an estimate is what it should be.

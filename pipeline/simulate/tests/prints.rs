@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use metrics::Estimate;
+use results::figure_entry::FigureEntry;
 use runtime::interrupt::Interrupt;
 use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
@@ -42,7 +43,7 @@ films = [{ name = "film", z_mm = 1.0, thickness_mm = 0.1, medium = { index = 1.5
 "#;
 
 /// Accounts of the ledger, as shares of what is emitted, and how films are traced.
-fn trace(text: &str, folder: &Path) -> (Vec<(String, Estimate)>, FilmTreatment) {
+fn trace(text: &str, folder: &Path) -> (Vec<(String, FigureEntry)>, FilmTreatment) {
     let design = design::parse("ink.toml", text, folder).unwrap_or_else(|e| panic!("{e}"));
     scene_check::check(&design).unwrap_or_else(|e| panic!("{e:#}"));
     let interrupt = Interrupt::default();
@@ -53,9 +54,9 @@ fn trace(text: &str, folder: &Path) -> (Vec<(String, Estimate)>, FilmTreatment) 
     (seen.ledger().accounts.clone(), treatment(&design))
 }
 
-fn account(accounts: &[(String, Estimate)], name: &str) -> Estimate {
+fn account(accounts: &[(String, FigureEntry)], name: &str) -> Estimate {
     let found = accounts.iter().find(|(known, _)| known == name);
-    found.unwrap_or_else(|| panic!("{name} among {accounts:?}")).1
+    found.unwrap_or_else(|| panic!("{name} among {accounts:?}")).1.estimate()
 }
 
 /// Judges in standard errors whether two estimates are of one value.

@@ -81,8 +81,10 @@ impl Candidate {
             coefficients: variables.coefficients(point),
             choices: variables.choices(point).collect(),
             value: Some(outcome.value()).filter(|value| value.is_finite()),
-            objective: judged.map(|judged| judged.value).filter(|value| value.is_finite()),
-            standard_error: judged.map(|judged| judged.estimate().standard_error),
+            objective: judged
+                .map(|judged| judged.objective.value)
+                .filter(|value| value.is_finite()),
+            standard_error: judged.map(|judged| judged.objective.estimate().standard_error),
             interval: judged.and_then(|judged| evaluator.objective.entry(judged).interval),
             figures: figures.map(|(k, f)| (k.clone(), f.entry)).collect(),
             feasible: judged.is_some_and(|judged| judged.miss <= 0.0),

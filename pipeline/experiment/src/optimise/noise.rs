@@ -12,7 +12,8 @@ const UNDECIDED: f64 = 0.25;
 /// quarter of the candidates. Noise is the root mean square of standard errors, each against the
 /// mean of the generation, as a share of the standard deviation: 1 where all differences are errors.
 pub(super) fn noise(judged: &[Evaluation], constraints: &[Constraint]) -> Option<f64> {
-    let values: Vec<Replicated> = judged.iter().map(|j| (j.value, &j.without[..])).collect();
+    let values: Vec<Replicated> =
+        judged.iter().map(|j| (j.objective.value, &j.objective.without[..])).collect();
     let of_constraints = constraints.iter().filter_map(|constraint| {
         let figures = judged.iter().map(|one| one.figure(&constraint.figure));
         let figures: Vec<_> = figures.collect::<Option<_>>()?;
@@ -49,6 +50,8 @@ mod tests {
     use metrics::Bounds;
     use results::paired_figure::PairedFigure;
 
+    use crate::paired_sum::PairedSum;
+
     /// Candidates with an exact objective and a figure of the given value and standard error.
     fn candidates(figures: &[(f64, f64)]) -> Vec<Evaluation> {
         let one = |(k, &(value, error)): (usize, &(f64, f64))| {
@@ -57,11 +60,11 @@ mod tests {
             let error = if k % 2 == 0 { error } else { -error };
             let figure = PairedFigure::new(value, vec![value - error, value + error]);
             Evaluation {
-                value: k as f64,
-                without: vec![k as f64; 2],
-                without_package: Vec::new(),
-                hidden_error: 0.0,
-                common_error: 0.0,
+                objective: PairedSum {
+                    value: k as f64,
+                    without: vec![k as f64; 2],
+                    ..PairedSum::default()
+                },
                 miss: 0.0,
                 figures: vec![("f".to_owned(), figure)],
             }
@@ -98,11 +101,11 @@ mod tests {
     #[test]
     fn errors_that_candidates_share_are_no_noise() {
         let alike = |shift: f64| Evaluation {
-            value: shift,
-            without: vec![shift - 0.5, shift + 0.5],
-            without_package: Vec::new(),
-            hidden_error: 0.0,
-            common_error: 0.0,
+            objective: PairedSum {
+                value: shift,
+                without: vec![shift - 0.5, shift + 0.5],
+                ..PairedSum::default()
+            },
             miss: 0.0,
             figures: Vec::new(),
         };

@@ -12,10 +12,10 @@ use serde::{Deserialize, Serialize};
 use design::Design;
 use design::dotted_keys::Settings;
 use design::formulas;
-use metrics::{Bounds, Estimate, figures, spread};
+use metrics::{Bounds, Estimate, figures};
 use results::constraint;
 use results::figure_entry::FigureEntry;
-use results::paired_figure::{PairedFigure, above_rounding, jump};
+use results::paired_figure::PairedFigure;
 use results::shown;
 use runtime::provenance::FileRecord;
 use simulate::observation::{Observation, check_figure};
@@ -23,6 +23,7 @@ use simulate::observation::{Observation, check_figure};
 use super::file::{ConstraintKeys, Goal, TermKeys};
 use super::target::{DISTANCES, Target};
 use crate::design_file::DesignFile;
+use crate::paired_sum::{PairedSum, differences, of_packages};
 
 /// Before a dotted key of the design: its number, without error.
 const DESIGN: &str = "design.";
@@ -109,15 +110,7 @@ pub(super) struct Objective {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(super) struct Evaluation {
     /// Objective; smaller is better.
-    pub value: f64,
-    /// The objective without each group of paths.
-    pub without: Vec<f64>,
-    /// The objective without each package, where it is taken over tolerances.
-    pub without_package: Vec<f64>,
-    /// Error of the objective that no replicate shows, of bins and of sums that no path reached.
-    pub hidden_error: f64,
-    /// The same of extremes that are not resolved, which paired traces have in common.
-    pub common_error: f64,
+    pub objective: PairedSum,
     /// Sum of the misses of constraints.
     pub miss: f64,
     /// Figures of the objective and the constraints.
@@ -125,11 +118,6 @@ pub(super) struct Evaluation {
 }
 
 impl Evaluation {
-    /// Standard error of the objective by its paths, for the packages that were drawn.
-    pub fn standard_error(&self) -> f64 {
-        spread(&self.without)
-    }
-
     /// Figures of the objective and the constraints by key.
     pub fn entries(&self) -> BTreeMap<String, FigureEntry> {
         self.figures.iter().map(|(key, figure)| (key.clone(), figure.entry)).collect()
@@ -138,40 +126,6 @@ impl Evaluation {
     /// A figure with its state and its replicates.
     pub fn figure(&self, key: &str) -> Option<&PairedFigure> {
         self.figures.iter().find(|(known, _)| known == key).map(|(_, figure)| figure)
-    }
-
-    /// The objective less that of `base`, which was judged by the same random numbers; its error is
-    /// that of the differences, group by group and package by package, and of a jump that no group
-    /// contains.
-    pub fn change(&self, base: &Self) -> Estimate {
-        let paired = |own: &[f64], other: &[f64]| -> Vec<f64> {
-            let pairs = own.iter().zip(other);
-            pairs.map(|(a, b)| a - b).collect()
-        };
-        let size = self.value.abs().max(base.value.abs());
-        let value = above_rounding(self.value - base.value, size);
-        let by_paths = paired(&self.without, &base.without);
-        let by_packages = match self.without_package.len() {
-            0 => 0.0,
-            _ => spread(&paired(&self.without_package, &base.without_package)),
-        };
-        let jump = jump(value, &by_paths, size);
-        let common = (self.common_error - base.common_error).abs().max(jump / 3f64.sqrt());
-        let hidden = self.hidden_error.hypot(base.hidden_error).hypot(common);
-        let scatter = above_rounding(spread(&by_paths).max(by_packages), size);
-        Estimate::new(value, scatter.hypot(hidden))
-    }
-
-    /// The objective with its standard error. That over packages holds the noise of their paths; where
-    /// few packages happen to lie near each other, it is no less than the error by paths.
-    pub fn estimate(&self) -> Estimate {
-        let of_packages = match self.without_package.len() {
-            0 => 0.0,
-            _ => spread(&self.without_package),
-        };
-        let hidden = self.hidden_error.hypot(self.common_error);
-        let error = self.standard_error().max(of_packages).hypot(hidden);
-        Estimate::new(self.value, error)
     }
 }
 
@@ -234,14 +188,14 @@ impl Objective {
             };
             Some((entry.interval.map(off), term.slope() * entry.standard_error))
         });
-        known_between(judged.estimate(), parts, &judged.without_package)
+        known_between(judged.objective.estimate(), parts, &judged.objective.without_package)
     }
 
     /// The objective of `after` less that of `before`, between two ends where the change of a figure of
     /// a term is.
     pub fn change(&self, after: &Evaluation, before: &Evaluation) -> FigureEntry {
-        let pairs = after.without_package.iter().zip(&before.without_package);
-        let by_packages: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+        let [own, other] = [after, before].map(|judged| &judged.objective);
+        let by_packages = differences(&own.without_package, &other.without_package);
         let parts = self.terms.iter().filter_map(|term| {
             let change = after.figure(&term.figure)?.change(before.figure(&term.figure)?);
             let off = |[low, high]: [f64; 2]| {
@@ -256,7 +210,7 @@ impl Objective {
             };
             Some((change.interval.map(off), term.slope() * change.standard_error))
         });
-        known_between(after.change(before), parts, &by_packages)
+        known_between(own.change(other), parts, &by_packages)
     }
 
     /// Figures that are needed, in order of first use.
@@ -400,29 +354,11 @@ impl Objective {
     /// Objective and misses of `figures`.
     pub fn of_figures(&self, figures: Vec<(String, PairedFigure)>) -> Evaluation {
         let find = |key: &str| figures.iter().find(|(known, _)| known == key).map(|f| &f.1);
-        let terms: Vec<(&Term, &PairedFigure)> =
-            self.terms.iter().filter_map(|term| Some((term, find(&term.figure)?))).collect();
-        let groups = terms.iter().map(|(_, f)| f.without.len()).min();
-        let without = |g: usize| terms.iter().map(|(t, f)| t.cost(f.without[g])).sum();
-        let miss = self.miss(&figures);
-        let hidden = |is_common: bool| {
-            let of_kind = terms.iter().filter(|(_, f)| f.hides_a_bias() == is_common);
-            let moved = of_kind.map(|(t, f)| {
-                let (value, error) = (f.entry.value, f.hidden_error());
-                let ends = [value - error, value + error];
-                ends.map(|v| (t.cost(v) - t.cost(value)).abs()).into_iter().fold(0.0, f64::max)
-            });
-            moved.fold(0.0, f64::hypot)
-        };
-        Evaluation {
-            hidden_error: hidden(false),
-            common_error: hidden(true),
-            value: terms.iter().map(|(t, f)| t.cost(f.entry.value)).sum(),
-            without: (0..groups.unwrap_or(0)).map(without).collect(),
-            without_package: Vec::new(),
-            miss,
-            figures,
-        }
+        let terms = self.terms.iter().filter_map(|term| Some((term, find(&term.figure)?)));
+        let (terms, values): (Vec<&Term>, Vec<&PairedFigure>) = terms.unzip();
+        let cost =
+            |values: &[f64]| terms.iter().zip(values).map(|(t, value)| t.cost(*value)).sum::<f64>();
+        Evaluation { objective: PairedSum::new(&values, cost), miss: self.miss(&figures), figures }
     }
 }
 
@@ -443,10 +379,7 @@ fn known_between(
             squares += error * error;
         }
     }
-    if !without_package.is_empty() {
-        squares += spread(without_package).powi(2);
-    }
-    let reach = 2.0 * f64::sqrt(squares);
+    let reach = 2.0 * f64::sqrt(squares).hypot(of_packages(without_package));
     FigureEntry::of_sum(sum, is_open.then_some([low - reach, high + reach]))
 }
 

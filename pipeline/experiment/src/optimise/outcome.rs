@@ -35,7 +35,7 @@ impl Outcome {
     pub fn value(&self) -> f64 {
         match self {
             Self::Evaluated(judged) if judged.miss > 0.0 => INFEASIBLE * (1.0 + judged.miss),
-            Self::Evaluated(judged) => judged.value,
+            Self::Evaluated(judged) => judged.objective.value,
             Self::Refused(_) => f64::INFINITY,
         }
     }

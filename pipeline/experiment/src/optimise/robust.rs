@@ -15,6 +15,7 @@ use super::file::ObjectiveKeys;
 use super::objective::{Evaluation, Objective};
 use crate::checked_file::Texts;
 use crate::design_file::DesignFile;
+use crate::paired_sum::PairedSum;
 use crate::tolerance::definition::{self, Overrides};
 use crate::tolerance::deviations::Deviations;
 
@@ -116,9 +117,9 @@ impl RobustObjective {
         let value = |of: &dyn Fn(&Evaluation) -> f64| self.value(&all, of);
         let without_package = |k: usize| {
             let rest: Vec<&Evaluation> = [&all[..k], &all[k + 1..]].concat();
-            self.value(&rest, &|one| one.value)
+            self.value(&rest, &|one| one.objective.value)
         };
-        let groups = packages.iter().map(|one| one.without.len()).min().unwrap_or(0);
+        let groups = packages.iter().map(|one| one.objective.without.len()).min().unwrap_or(0);
         let figures = first.figures.iter().filter_map(|(key, figure)| {
             // A package may lack one that nothing asks for.
             let all = packages.iter().map(|one| one.figure(key));
@@ -152,11 +153,13 @@ impl RobustObjective {
             packages.iter().map(error).sum::<f64>() / packages.len() as f64
         };
         Evaluation {
-            value: value(&|one| one.value),
-            without: (0..groups).map(|g| value(&|one| one.without[g])).collect(),
-            without_package: (0..packages.len()).map(without_package).collect(),
-            hidden_error: of_packages(|one| one.hidden_error),
-            common_error: of_packages(|one| one.common_error),
+            objective: PairedSum {
+                value: value(&|one| one.objective.value),
+                without: (0..groups).map(|g| value(&|one| one.objective.without[g])).collect(),
+                without_package: (0..packages.len()).map(without_package).collect(),
+                hidden_error: of_packages(|one| one.objective.hidden_error),
+                common_error: of_packages(|one| one.objective.common_error),
+            },
             miss: objective.miss(&figures),
             figures,
         }
@@ -166,7 +169,7 @@ impl RobustObjective {
     fn value(&self, packages: &[&Evaluation], of: &dyn Fn(&Evaluation) -> f64) -> f64 {
         let values: Vec<f64> = packages.iter().map(|one| of(one)).collect();
         let n = values.len() as f64;
-        let squared_errors = packages.iter().map(|one| one.standard_error().powi(2));
+        let squared_errors = packages.iter().map(|one| one.objective.standard_error().powi(2));
         let noise = squared_errors.sum::<f64>() / n;
         let mean = values.iter().sum::<f64>() / n;
         mean + self.added * (deviation(&values).powi(2) - noise).max(0.0).sqrt()
@@ -190,11 +193,7 @@ mod tests {
         let about = |value: f64| vec![value - error, value + error];
         let figure = PairedFigure::new(-value, about(-value));
         Evaluation {
-            value,
-            without: about(value),
-            without_package: Vec::new(),
-            hidden_error: 0.0,
-            common_error: 0.0,
+            objective: PairedSum { value, without: about(value), ..PairedSum::default() },
             miss: 0.0,
             figures: vec![("extraction_efficiency".to_owned(), figure)],
         }
@@ -233,29 +232,29 @@ mod tests {
         // Mean 3, variance (4 + 1 + 9) / 2 = 7.
         for (added, expected) in [(0.0, 3.0), (2.0, 3.0 + 2.0 * 7f64.sqrt())] {
             let all = robust(added).combine(&packages, &objective());
-            assert!((all.value - expected).abs() < 1e-12, "{}", all.value);
+            assert!((all.objective.value - expected).abs() < 1e-12, "{}", all.objective.value);
             assert!((all.figures[0].1.entry.value + 3.0).abs() < 1e-12);
         }
         // Of the mean: the standard error of a mean of three. The deviation's own is known less well.
-        let estimate = robust(0.0).combine(&packages, &objective()).estimate();
+        let estimate = robust(0.0).combine(&packages, &objective()).objective.estimate();
         assert!((estimate.standard_error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
         let figure = &robust(0.0).combine(&packages, &objective()).figures[0].1;
         assert!((figure.entry.standard_error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12);
         assert!(
-            robust(2.0).combine(&packages, &objective()).estimate().standard_error
+            robust(2.0).combine(&packages, &objective()).objective.estimate().standard_error
                 > estimate.standard_error
         );
         // Two replicates 0.5 to either side: a squared standard error of 0.25.
         let packages = [1.0, 2.0, 6.0].map(|value| package(value, 0.5));
         let all = robust(1.0).combine(&packages, &objective());
-        assert!((all.value - 3.0 - (7.0f64 - 0.25).sqrt()).abs() < 1e-12);
+        assert!((all.objective.value - 3.0 - (7.0f64 - 0.25).sqrt()).abs() < 1e-12);
         // The constraint is judged by the mean, -3, and its error over packages, more than by paths.
         let error = all.figures[0].1.entry.standard_error;
         assert!((error - (7.0f64 / 3.0).sqrt()).abs() < 1e-12, "{error}");
         assert!((all.miss - 0.5 * (-2.0 + 2.0 * error + 3.0)).abs() < 1e-12);
         // Nothing but noise adds nothing.
         let alike = [2.0, 2.1, 2.2].map(|value| package(value, 0.5));
-        assert!((robust(3.0).combine(&alike, &objective()).value - 2.1).abs() < 1e-12);
+        assert!((robust(3.0).combine(&alike, &objective()).objective.value - 2.1).abs() < 1e-12);
     }
 
     #[test]

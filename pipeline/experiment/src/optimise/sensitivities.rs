@@ -13,6 +13,7 @@ use super::evaluate::Evaluator;
 use super::objective::Evaluation;
 use super::outcome::Outcome;
 use super::shared_evaluations::Batch;
+use crate::paired_sum::differences;
 
 /// Share of a range by which a coefficient is moved to see what it does.
 const MOVE: f64 = 0.02;
@@ -67,11 +68,9 @@ pub(super) fn sensitivities(
         let judged: Vec<(f64, &Evaluation)> = judged.collect();
         found.push(match judged.as_slice() {
             [(a, low), (b, high)] if b > a && variables.is_number(k) => {
-                let pairs = high.without.iter().zip(&low.without);
-                let differences: Vec<f64> = pairs.map(|(h, l)| h - l).collect();
-                let unit = b - a;
-                let change = (high.value - low.value) / unit;
-                Some(Estimate::new(change, spread(&differences) / unit))
+                let [high, low] = [high, low].map(|judged| &judged.objective);
+                let error = spread(&differences(&high.without, &low.without));
+                Some(Estimate::new(high.value - low.value, error).times(1.0 / (b - a)))
             }
             _ => None,
         });

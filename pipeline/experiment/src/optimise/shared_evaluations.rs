@@ -339,6 +339,7 @@ mod tests {
 
     use super::*;
     use crate::optimise::objective::Evaluation;
+    use crate::paired_sum::PairedSum;
     use results::paired_figure::PairedFigure;
     use runtime::interrupt::Interrupt;
 
@@ -347,11 +348,13 @@ mod tests {
     fn evaluation(number: usize) -> TracedOutcome {
         let value = [0.1, f64::NAN, -0.0, 1e-310, f64::INFINITY, 3.0, -2.5][number];
         let judged = Evaluation {
-            value,
-            without: vec![value, 0.3],
-            without_package: vec![value, -0.0],
-            hidden_error: 0.25,
-            common_error: 0.0,
+            objective: PairedSum {
+                value,
+                without: vec![value, 0.3],
+                without_package: vec![value, -0.0],
+                hidden_error: 0.25,
+                common_error: 0.0,
+            },
             miss: 0.0,
             figures: vec![("f".to_owned(), PairedFigure::new(1.0 / 3.0, vec![value, 0.7]))],
         };

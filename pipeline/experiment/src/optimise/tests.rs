@@ -328,11 +328,12 @@ fn objectives_add_weighted_terms_and_their_replicates() {
     ];
     let error = figures[0].1.entry.standard_error;
     let judged = objective.of_figures(figures);
-    assert!((judged.value - (-1.4 + 1.8 + 2.0)).abs() < 1e-12);
-    for (found, expected) in judged.without.iter().zip([-1.38 + 1.82 + 1.0, -1.42 + 1.78 + 1.0]) {
+    let sum = &judged.objective;
+    assert!((sum.value - (-1.4 + 1.8 + 2.0)).abs() < 1e-12);
+    for (found, expected) in sum.without.iter().zip([-1.38 + 1.82 + 1.0, -1.42 + 1.78 + 1.0]) {
         assert!((found - expected).abs() < 1e-12);
     }
-    assert!((judged.standard_error() - spread(&judged.without)).abs() < 1e-15);
+    assert!((sum.standard_error() - spread(&sum.without)).abs() < 1e-15);
     assert!((judged.miss - (0.8 + 2.0 * error - 0.7) / 0.8).abs() < 1e-12);
 }
 
@@ -367,7 +368,7 @@ fn an_objective_is_between_two_ends_where_its_figures_are() {
     let jumped = judged(Estimate::new(0.9, 0.01), 0.7, 50.0);
     let [low, high] = objective.change(&jumped, &resolved).interval.expect("not resolved");
     assert!(low < -0.4 && high > 0.0, "{low} {high}");
-    assert!(jumped.change(&resolved).standard_error > 0.1);
+    assert!(jumped.objective.change(&resolved.objective).standard_error > 0.1);
     let moved = judged(Estimate::new(0.9, 0.01), 0.9, 45.0);
     let change = objective.change(&moved, &resolved);
     assert!(change.interval.is_none() && (change.value - 0.6).abs() < 1e-12, "{change:?}");

@@ -33,7 +33,7 @@ use simulate::trace_plan::DomeChoice;
 use super::definition::Study;
 use crate::missing_figure::missing_figure;
 
-use super::trace_figures::{NamedFigures, SetupFigures, TraceFigures, TraceId};
+use super::trace_figures::{NamedFigures, SetupFigures, TraceId};
 
 /// Version of tracing and reading; raise it whenever the same design would give other numbers.
 pub(crate) const TRACE_VERSION: u32 = 9;
@@ -73,7 +73,7 @@ struct Tracer<'a> {
 pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<SetupFigures>> {
     let mut tasks = tasks(study, context.seed);
     let mut tracer = Tracer::new(study, cache, context);
-    let mut known: BTreeMap<Key, TraceFigures> = BTreeMap::new();
+    let mut known: BTreeMap<Key, NamedFigures> = BTreeMap::new();
     for task in &tasks {
         if let Some(stored) = tracer.stored(task) {
             known.insert(task.figures_key.clone(), stored);
@@ -85,7 +85,7 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
         let task = &tasks[first];
         if let Some(stored) = known.get(&task.figures_key) {
             if task.setup == 0 {
-                task.has_targets(study, &stored.figures)?;
+                task.has_targets(study, stored)?;
             }
             continue;
         }
@@ -99,7 +99,7 @@ pub fn compute(study: &Study, cache: &Cache, context: RunContext) -> Result<Vec<
             alike.filter(|t| !known.contains_key(&t.figures_key)).collect();
         known.extend(tracer.trace(&wanted).context(label)?);
         if task.setup == 0 {
-            task.has_targets(study, &known[&task.figures_key].figures)?;
+            task.has_targets(study, &known[&task.figures_key])?;
         }
         let (done, all) = (known.len(), tasks.len());
         let (setup, _) = &study.setups[task.setup];
@@ -125,21 +125,21 @@ impl<'a> Tracer<'a> {
     }
 
     /// Stored figures of `task`.
-    fn stored(&self, task: &TraceTask) -> Option<TraceFigures> {
+    fn stored(&self, task: &TraceTask) -> Option<NamedFigures> {
         self.store.entries(task.figures_key.clone()).find_value(0)
     }
 
     /// Traces what all of `wanted` are read from, and stores the figures of each.
-    fn trace(&mut self, wanted: &[&TraceTask]) -> Result<BTreeMap<Key, TraceFigures>> {
+    fn trace(&mut self, wanted: &[&TraceTask]) -> Result<BTreeMap<Key, NamedFigures>> {
         let Some(&task) = wanted.first() else {
             return Ok(BTreeMap::new());
         };
         let observation = self.observe(task)?;
         let figures = wanted.iter().map(|other| {
-            let figures = TraceFigures { figures: other.figures(self.study, &observation) };
+            let figures = other.figures(self.study, &observation);
             (other.figures_key.clone(), figures)
         });
-        let read: BTreeMap<Key, TraceFigures> = figures.collect();
+        let read: BTreeMap<Key, NamedFigures> = figures.collect();
         for (key, figures) in &read {
             self.store.entries(key.clone()).keep_value(0, figures)?;
         }

@@ -21,68 +21,21 @@ use simulate::observation::{is_comparable, unit_in_files, why_absent};
 
 use super::definition::Study;
 use super::targets::Targets;
-use super::trace_figures::{SetupFigures, TraceFigures, TraceId, find};
+use super::trace_figures::{NamedFigures, SetupFigures, TraceId, find};
+use crate::paired_sum::PairedSum;
 
-/// A misfit, with and without each group of paths.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Misfit {
-    /// Root mean square of misses in units of their scales.
-    pub value: f64,
-    without: Vec<f64>,
-    /// Error that no replicate shows, of bins and of sums that no path reached.
-    hidden_error: f64,
-    /// The same of extremes that are not resolved, which paired traces have in common.
-    common_error: f64,
-}
-
-impl Misfit {
-    /// With its standard error.
-    pub fn estimate(&self) -> Estimate {
-        let hidden = self.hidden_error.hypot(self.common_error);
-        Estimate::new(self.value, spread(&self.without).hypot(hidden))
-    }
-
-    /// Excess over another one, group by group.
-    pub fn above(&self, other: &Self) -> Estimate {
-        let pairs = self.without.iter().zip(&other.without);
-        let differences: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
-        let value = self.value - other.value;
-        let jump = jump(value, &differences, self.value.max(other.value));
-        let common = (self.common_error - other.common_error).abs().max(jump / 3f64.sqrt());
-        let hidden = self.hidden_error.hypot(other.hidden_error).hypot(common);
-        Estimate::new(value, spread(&differences).hypot(hidden))
-    }
-}
-
-/// Misfit of a set-up. `None` without targets, or without one of the figures of `base`.
-pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> Option<Misfit> {
-    let misses = misses(found, targets);
-    if absent(found, base, targets).next().is_some() {
+/// Misfit of a set-up, the root mean square of misses in units of their scales. `None` without targets,
+/// or without one of the figures of `base`.
+pub fn misfit(found: &SetupFigures, base: &SetupFigures, targets: &Targets) -> Option<PairedSum> {
+    let (figures, sought): (Vec<_>, Vec<_>) = misses(found, targets).into_iter().unzip();
+    if figures.is_empty() || absent(found, base, targets).next().is_some() {
         return None;
     }
-    let count = misses.len() as f64;
-    let groups = misses.iter().map(|(f, _)| f.without.len()).min()?;
-    let of = |value: &dyn Fn(usize, &PairedFigure) -> f64| {
-        let all = misses.iter().enumerate();
-        let squares = all.map(|(k, (f, target))| target.miss(value(k, f)).powi(2));
-        (squares.sum::<f64>() / count).sqrt()
+    let root_mean_square = |values: &[f64]| {
+        let squares = sought.iter().zip(values).map(|(target, value)| target.miss(*value).powi(2));
+        (squares.sum::<f64>() / values.len() as f64).sqrt()
     };
-    let whole = of(&|_, f| f.entry.value);
-    let hidden = |moved: usize| {
-        let error = misses[moved].0.hidden_error();
-        let with = |error: f64| of(&|k, f| f.entry.value + if k == moved { error } else { 0.0 });
-        [error, -error].map(|error| (with(error) - whole).abs()).into_iter().fold(0.0, f64::max)
-    };
-    let of_kind = |is_common: bool| {
-        let all = (0..misses.len()).filter(|&k| misses[k].0.hides_a_bias() == is_common);
-        all.map(hidden).fold(0.0, f64::hypot)
-    };
-    Some(Misfit {
-        value: whole,
-        without: (0..groups).map(|g| of(&|_, f| f.without[g])).collect(),
-        hidden_error: of_kind(false),
-        common_error: of_kind(true),
-    })
+    Some(PairedSum::new(&figures, root_mean_square))
 }
 
 /// Places and names of the figures with a target that `base` has and `found` has not.
@@ -91,7 +44,7 @@ fn absent<'a>(
     base: &'a SetupFigures,
     targets: &'a Targets,
 ) -> impl Iterator<Item = (&'a TraceId, &'a str, Target)> {
-    let all = base.iter().flat_map(|(place, of)| of.figures.iter().map(move |(f, _)| (place, f)));
+    let all = base.iter().flat_map(|(place, of)| of.iter().map(move |(f, _)| (place, f)));
     all.filter(|(place, name)| find(found, place, name).is_none()).filter_map(|(place, name)| {
         Some((place, name.as_str(), targets.of(&place.design, &place.model, name)?))
     })
@@ -102,7 +55,7 @@ fn misses<'a>(found: &'a SetupFigures, targets: &Targets) -> Vec<(&'a PairedFigu
     let of = |place: &TraceId, name: &str| targets.of(&place.design, &place.model, name);
     let all = found
         .iter()
-        .flat_map(|(place, judged)| judged.figures.iter().map(move |(name, f)| (place, name, f)));
+        .flat_map(|(place, judged)| judged.iter().map(move |(name, f)| (place, name, f)));
     all.filter_map(|(place, name, figure)| Some((figure, of(place, name)?))).collect()
 }
 
@@ -132,7 +85,7 @@ impl StudyResults<'_> {
     /// Set-ups by misfit, the smallest first, and of equal ones the one that meets more targets; empty
     /// without targets.
     fn ranking(&self, setups: &[SetupEntry]) -> Vec<RankedEntry> {
-        let mut misfits: Vec<(&SetupEntry, Misfit)> = setups
+        let mut misfits: Vec<(&SetupEntry, PairedSum)> = setups
             .iter()
             .zip(&self.found)
             .filter_map(|(setup, found)| Some((setup, self.misfit(found)?)))
@@ -144,8 +97,8 @@ impl StudyResults<'_> {
         };
         misfits.sort_by_cached_key(|(setup, _)| met(setup));
         misfits.sort_by(|a, b| a.1.value.total_cmp(&b.1.value));
-        let ranked = |(setup, misfit): &(&SetupEntry, Misfit)| {
-            let above_first = misfit.above(&misfits[0].1);
+        let ranked = |(setup, misfit): &(&SetupEntry, PairedSum)| {
+            let above_first = misfit.change(&misfits[0].1);
             RankedEntry {
                 setup: setup.name.clone(),
                 misfit: misfit.estimate(),
@@ -157,7 +110,7 @@ impl StudyResults<'_> {
     }
 
     /// Misfit of a set-up.
-    fn misfit(&self, found: &SetupFigures) -> Option<Misfit> {
+    fn misfit(&self, found: &SetupFigures) -> Option<PairedSum> {
         misfit(found, &self.found[0], &self.study.targets)
     }
 
@@ -192,7 +145,7 @@ impl StudyResults<'_> {
     /// Every figure of set-up `index`.
     fn figures(&self, index: usize) -> Vec<StudyFigureEntry> {
         let designs = &self.study.setups[index].1;
-        let of_trace = |(place, judged): (&TraceId, &TraceFigures)| {
+        let of_trace = |(place, judged): (&TraceId, &NamedFigures)| {
             let design = designs.iter().find(|design| design.name == place.design);
             let entry = |(name, figure): &(String, PairedFigure)| {
                 let base = (index > 0 && self.is_comparable(index, place, name))
@@ -217,7 +170,7 @@ impl StudyResults<'_> {
                     verdict: target.map(|target| target.judge(&figure.entry)),
                 }
             };
-            judged.figures.iter().map(entry).collect::<Vec<_>>()
+            judged.iter().map(entry).collect::<Vec<_>>()
         };
         self.found[index].iter().flat_map(of_trace).collect()
     }
@@ -254,7 +207,7 @@ impl StudyResults<'_> {
                 continue;
             }
             for (place, judged) in &self.found[0] {
-                for (name, _) in &judged.figures {
+                for (name, _) in judged {
                     let point = |&(x, setup): &(f64, usize)| {
                         self.is_comparable(setup, place, name).then_some(())?;
                         Some((x, find(&self.found[setup], place, name)?))
@@ -354,8 +307,7 @@ mod tests {
     fn found(uniformity: PairedFigure) -> SetupFigures {
         let place = TraceId { design: "D1".to_owned(), model: "hybrid_10um".to_owned() };
         let figures = vec![("uniformity".to_owned(), uniformity)];
-        let judged = TraceFigures { figures };
-        SetupFigures::from([(place, judged)])
+        SetupFigures::from([(place, figures)])
     }
 
     #[test]
@@ -372,13 +324,13 @@ mod tests {
         assert_eq!(misfit(&one, &one, &Targets::default()), None);
         // Both vary alike, so that their difference has no error.
         let first = of(&found(figure(0.77, &[0.77, 0.78, 0.76]))).expect("a target");
-        let above = third.above(&first);
+        let above = third.change(&first);
         assert!((above.value - 1.0).abs() < 1e-12 && above.standard_error < 1e-12);
-        assert!(!is_tied(above) && is_tied(first.above(&first)));
+        assert!(!is_tied(above) && is_tied(first.change(&first)));
         assert!(is_tied(Estimate::new(0.2, 0.1)));
         // A value that jumps where all replicates hold is not told by their scatter.
         let jumped = of(&found(figure(0.83, &[0.77, 0.78, 0.76]))).expect("a target");
-        assert!(is_tied(jumped.above(&first)));
+        assert!(is_tied(jumped.change(&first)));
         // A peak that is a bin errs by a third of half its width, whatever the replicates say.
         let mut bin = figure(0.79, &[0.79, 0.79, 0.79]);
         bin.entry.interval = Some([0.76, 0.82]);

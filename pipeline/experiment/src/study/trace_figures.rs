@@ -3,19 +3,12 @@
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use results::paired_figure::PairedFigure;
 
 /// Figures of one trace, in the order of the tables.
 pub type NamedFigures = Vec<(String, PairedFigure)>;
-
-/// Everything read from one trace.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct TraceFigures {
-    /// From all of its paths.
-    pub figures: NamedFigures,
-}
 
 /// Design and model of a trace.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -27,7 +20,7 @@ pub struct TraceId {
 }
 
 /// All traces of a set-up.
-pub type SetupFigures = BTreeMap<TraceId, TraceFigures>;
+pub type SetupFigures = BTreeMap<TraceId, NamedFigures>;
 
 /// A figure of one trace.
 pub(super) fn find<'a>(
@@ -35,6 +28,5 @@ pub(super) fn find<'a>(
     place: &TraceId,
     figure: &str,
 ) -> Option<&'a PairedFigure> {
-    let judged = found.get(place)?;
-    judged.figures.iter().find(|(name, _)| name == figure).map(|f| &f.1)
+    found.get(place)?.iter().find(|(name, _)| name == figure).map(|f| &f.1)
 }

@@ -303,11 +303,7 @@ fn statistics(
     }
     let is_resolved = below.is_none();
     let quantiles = quantiles.into_iter().filter(|_| is_resolved);
-    let quantiles = quantiles.map(|(level, quantile)| QuantileEntry {
-        level,
-        value: quantile.value,
-        standard_error: quantile.standard_error,
-    });
+    let quantiles = quantiles.map(|(level, quantile)| QuantileEntry { level, quantile });
     let names = names(analysis);
     let contributions = contributions(&found.values, &inputs, &groups);
     let contributions = contributions.filter(|_| names.len() > 1 && is_resolved);

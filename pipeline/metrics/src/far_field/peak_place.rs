@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Place of the peak of a far field: off the axis, on it, or anywhere.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Estimate;
@@ -11,17 +12,15 @@ use crate::estimate::DISTINCT;
 pub const VISIBLE: f64 = 0.02;
 
 /// Place of the peak of a far field.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PeakPlace {
-    /// Off the axis: it exceeds the centre by more than [`DISTINCT`] standard errors of the
-    /// difference.
+    /// It exceeds the centre by more than three standard errors of the difference; not written.
     #[default]
     OffAxis,
-    /// On the axis: it exceeds the centre by less than that, and [`DISTINCT`] standard errors are
-    /// at most [`VISIBLE`] of the peak. The peak angle is noise.
+    /// It does not, and three standard errors are at most 2 % of it: its angle is noise.
     OnAxis,
-    /// The run is too short to tell. The peak angle is noise.
+    /// Too few paths to tell: its angle is noise.
     NotResolved,
 }
 

@@ -182,7 +182,7 @@ impl Album {
             let all = &model.entry.power_ledger.accounts;
             let share = |account: &String| {
                 let found = all.iter().find(|(name, _)| name == account);
-                found.map_or(Estimate::new(0.0, 0.0), |(_, share)| *share)
+                found.map_or(Estimate::new(0.0, 0.0), |(_, share)| share.estimate())
             };
             ShareBar {
                 label: format!("{}, {}", model.design, model.label()),

@@ -7,7 +7,6 @@ use metrics::figures::{
 };
 use serde_json::{Value, json};
 
-use metrics::Estimate;
 use metrics::digits;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::FORMS;
@@ -193,7 +192,7 @@ pub fn ledger(models: &[Model]) -> Vec<Value> {
             let entry = model.entry;
             let ledger = if *photons { entry.photon_ledger.as_ref()? } else { &entry.power_ledger };
             let share = ledger.account(account)?;
-            Some(shown::number(&FigureEntry::new(share), Unit::Fraction))
+            Some(shown::number(share, Unit::Fraction))
         })?;
         table["between_films"] = between_films(design).into();
         Some(table)
@@ -210,7 +209,7 @@ fn between_films(design: &[Model]) -> Option<Value> {
     });
     by_model(design, &rows.collect::<Vec<_>>(), |model, (k, way)| {
         let share = planes(model).get(*k)?.1[*way];
-        Some(shown::number(&FigureEntry::new(share), Unit::Ratio))
+        Some(shown::number(&share, Unit::Ratio))
     })
 }
 
@@ -314,8 +313,8 @@ fn by_model<K>(
 }
 
 /// A share in per cent with its error.
-pub fn percent(share: Option<Estimate>) -> String {
-    share.map_or(NONE.to_owned(), |e| shown::number(&FigureEntry::new(e), Unit::Fraction))
+pub fn percent(share: Option<&FigureEntry>) -> String {
+    share.map_or(NONE.to_owned(), |share| shown::number(share, Unit::Fraction))
 }
 
 /// Accounts that hold power in one of the models at least, in the order of a ray's life.

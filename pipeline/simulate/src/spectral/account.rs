@@ -8,9 +8,10 @@ use serde_json::{Value, json};
 
 use design::resolved::sources::CheckedSource;
 use design::spectrum::lights::Light;
-use metrics::extraction::{Ledger, extraction, flow};
+use metrics::extraction::{extraction, flow};
 use metrics::kinds::Weighting;
 use metrics::{Grouped, jackknife};
+use results::ledger::Ledger;
 use results::schema::{EfficiencyEntry, SourceEntry};
 
 use super::rule::{Node, Rule};
