@@ -269,11 +269,11 @@ mod tests {
     fn an_arc_may_be_level_at_the_other_end() {
         let (sin, cos) = 5_f64.to_radians().sin_cos();
         let [half, low] = [3_f64.sqrt(), 1.0 - 2.0 * cos];
-        let foot = [2.0 * half - 2.0 * sin, low];
+        let foot = 2.0 * (half - sin);
         let trumpet = curve(&[
             &[0.0, 1.0],
             &[half, 0.0, 0.0, -1.0],
-            &[foot[0], low, 2.0 * half, 1.0],
+            &[foot, low, 2.0 * half, 1.0],
             &[0.0, low],
         ]);
         let wide = (2.5 * 2.5 - (low + 1.5) * (low + 1.5)).sqrt();
