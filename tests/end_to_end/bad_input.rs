@@ -107,6 +107,9 @@ fn bad_parts_of_the_bare_dome_are_refused() {
     let mut line = Vec::new();
     npy::write(&mut line, &[16], &[1.0_f64; 16]).expect("an array");
     write("line.npy", &line);
+    let mut large = Vec::new();
+    npy::write(&mut large, &[709, 709], &vec![1.0_f64; 709 * 709]).expect("an array");
+    write("large.npy", &large);
     write(
         "glass.yml",
         b"DATA:\n  - type: tabulated nk\n    data: |\n        0.4 1.6 2e-5\n        0.8 1.4 0\n",

@@ -237,6 +237,55 @@ fn packages_must_fit() {
     );
 }
 
+/// Walls and neighbours of an oval dome stand by its reach along each axis, in turned packages too.
+#[test]
+fn an_oval_dome_reaches_less_far_along_its_short_axis() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bare = include_str!("../../../data/designs/bare-dome.toml");
+    let (_, rest) = bare.split_once("[silicone]").expect("a table");
+    let of = |y: f64, pitch: &str, turn: Option<f64>| {
+        let dome = format!(
+            "name = \"oval\"\n[dome]\nmeridian_mm = [[0, 1], [2.0, 0.5], [2.0, 0]]\n\
+             meridian_y_mm = [[0, 1], [{y:?}, 0.5], [{y:?}, 0]]\n[silicone]"
+        );
+        let mut array = format!("pitch_mm = {pitch}");
+        if let Some(turn) = turn {
+            let places = format!("x_mm y_mm turn_deg\n0 0 {turn}\n0 9 {turn}\n");
+            std::fs::write(folder.path().join("places.txt"), places).expect("written");
+            array = "positions_file = \"places.txt\"\npitch_mm = 5.0".to_owned();
+        }
+        let grid = if turn.is_some() { "columns = 2\nrows = 2\npitch_mm" } else { "pitch_mm" };
+        let text = format!("{dome}{rest}").replacen(&format!("{grid} = 8.3"), &array, 1);
+        let walls = "[housing]\ndistance_mm = 0.5\nheight_mm = 5.0\nkind = \"absorbing\"\n";
+        parse("oval.toml", &format!("{text}\n{walls}"), folder.path())
+    };
+    let half = |design: Result<Design, ConfigError>| {
+        let design = design.unwrap_or_else(|error| panic!("{error}"));
+        let (half, places) = (design.housing_half_mm().expect("walls"), design.half_extent_mm());
+        [0, 1].map(|k| half[k] - places[k])
+    };
+    let turned = 30_f64.to_radians();
+    let reach = |x: f64, y: f64| (2.0 * x).hypot(1.2 * y);
+    for (y, turn, expected) in [
+        (2.0, None, [2.0, 2.0]),
+        (1.2, None, [2.0, 1.2]),
+        (1.2, Some(90.0), [1.2, 2.0]),
+        (1.2, Some(30.0), [reach(turned.cos(), turned.sin()), reach(turned.sin(), turned.cos())]),
+    ] {
+        let found = half(of(y, "8.3", turn));
+        for k in 0..2 {
+            // Corners of the triangles are within the surface.
+            let off = expected[k] + 0.5 - found[k];
+            assert!((-1e-9..4e-4).contains(&off), "{y} {turn:?}: {found:?}");
+        }
+    }
+    assert!(of(1.2, "[4.2, 2.5]", None).is_ok());
+    for pitch in ["[3.9, 2.5]", "[4.2, 2.3]"] {
+        let said = of(1.2, pitch, None).map(|_| ()).expect_err(pitch).to_string();
+        assert!(said.contains("array.pitch_mm") && said.contains("width of a package"), "{said}");
+    }
+}
+
 #[test]
 fn the_margin_of_the_map_is_at_least_half_a_pitch() {
     let margin = |pitch: &str, margin: &str| {

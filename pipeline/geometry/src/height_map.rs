@@ -9,7 +9,7 @@
 
 use glam::DVec3;
 
-use crate::tessellation::{Cells, Refusal, Tessellation};
+use crate::tessellation::{Cells, MAX_TRIANGLES, Refusal, Tessellation};
 
 /// Fewest heights along x and y: slopes at the edges take so many.
 const MIN_NODES: usize = 4;
@@ -58,11 +58,16 @@ impl HeightMap {
     /// The solid.
     ///
     /// # Errors
-    /// Too few heights, a top that is not above the bottom everywhere, too many triangles.
+    /// Too few or too many heights, a top that is not above the bottom everywhere, too many triangles.
     pub fn solid(&self) -> Result<Tessellation, Refusal> {
         let [nx, ny] = self.counts;
         if nx.min(ny) < MIN_NODES {
             let expected = format!("at least {MIN_NODES} by {MIN_NODES}");
+            return Err([format!("{nx} by {ny} heights"), expected]);
+        }
+        let most = MAX_TRIANGLES / 4;
+        if (nx - 1).saturating_mul(ny - 1) > most {
+            let expected = format!("at most {most} cells between them, as of about 700 by 700");
             return Err([format!("{nx} by {ny} heights"), expected]);
         }
         let by_row = |values: &[f64]| values.chunks(nx).flat_map(slopes).collect::<Vec<_>>();
@@ -126,6 +131,34 @@ impl HeightMap {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A saddle, straight along both axes, is as far off its triangles as is stated.
+    #[test]
+    fn triangles_follow_a_twist() {
+        let height = |x: f64, y: f64| 1.0 + 0.05 * x * y;
+        let at = |k: usize| 2.0 * k as f64 - 3.0;
+        let heights_mm = (0..16).map(|n| height(at(n % 4), at(n / 4))).collect();
+        let map = HeightMap { counts: [4, 4], size_mm: [6.0, 6.0], heights_mm };
+        let solid = map.solid().expect("a solid");
+        let (mut most, mut turn) = (0.0_f64, 0.0_f64);
+        for ([a, b, c], normals) in solid.triangles.iter().zip(&solid.normals) {
+            if normals[0].z < 0.5 {
+                continue;
+            }
+            for (i, j) in (0..=8).flat_map(|i| (0..=8 - i).map(move |j| (i, j))) {
+                let [i, j, k] = [i, j, 8 - i - j].map(|part| f64::from(part) / 8.0);
+                let at = *a * i + *b * j + *c * k;
+                let expected = DVec3::new(-0.05 * at.y, -0.05 * at.x, 1.0).normalize();
+                most = most.max((at.z - height(at.x, at.y)).abs() * expected.z);
+                let normal = normals[0] * i + normals[1] * j + normals[2] * k;
+                turn = turn.max(normal.angle_between(expected).to_degrees());
+            }
+        }
+        let stated = solid.deviation;
+        assert!(stated.surface_mm < 6.0 * crate::tessellation::SURFACE, "{stated}");
+        assert!(most > 0.9 * stated.surface_mm && most < 1.05 * stated.surface_mm, "{most}");
+        assert!(turn < 1.05 * stated.normal_deg, "{turn} {stated}");
+    }
 
     /// A map of `counts` nodes over 2 mm by 1 mm.
     fn map(counts: [usize; 2], height: impl Fn(f64, f64) -> f64) -> HeightMap {

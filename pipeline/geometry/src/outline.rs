@@ -67,7 +67,7 @@ pub enum Ends {
 /// What is wrong with rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutlineError {
-    /// The row, from 1.
+    /// The row, from 1; 0 where no row is to blame.
     pub row: usize,
     /// What was found.
     pub got: String,

@@ -12,7 +12,7 @@
 //! meridians the round solid. The surface meets both meridians at right angles to their planes, and
 //! has a continuous normal wherever both have a continuous tangent.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use glam::DVec3;
 
@@ -47,7 +47,7 @@ struct Row {
 /// closed there.
 ///
 /// # Errors
-/// The row of the meridian along y that does not fit the one along x; too many triangles.
+/// The row of the meridian along y that does not fit the one along x; too many triangles, row 0.
 pub fn oval(x: &Meridian, y: &Meridian) -> Result<Tessellation, OutlineError> {
     let width_mm = 2.0 * x.radius_mm().max(y.radius_mm());
     let slack = SAME * width_mm;
@@ -64,7 +64,7 @@ pub fn oval(x: &Meridian, y: &Meridian) -> Result<Tessellation, OutlineError> {
     let rows = rows([x, y].map(|curve| stretches(curve, slack)), slack)?;
     let at = |[i, j]: [usize; 2], share: [f64; 2]| rows[i].at(j, share);
     let cells = Cells { counts: [rows.len(), 4], is_round: true, width_mm, at: &at };
-    cells.tessellated().map_err(|[got, expected]| OutlineError { row: last, got, expected })
+    cells.tessellated().map_err(|[got, expected]| OutlineError { row: 0, got, expected })
 }
 
 /// The stretches of a curve, which a dome ends with its bottom.
@@ -178,13 +178,16 @@ impl Row {
         (point, along.cross(across).normalize_or(DVec3::Z))
     }
 
-    /// Points of both pieces at one share, even in the angle of an arc among them.
+    /// Points of both pieces at one share, even in the angle of the arc among them; of two arcs close
+    /// at both ends, as each may be level at another one.
     fn points(&self, s: f64) -> [[f64; 2]; 2] {
-        let lead = usize::from(self.pieces[0].sweep() <= 0.0);
-        let piece = &self.pieces[lead];
+        let is_arc = [0, 1].map(|k| self.pieces[k].sweep() > 0.0);
         let share = if s <= 0.0 || s >= 1.0 || self.axis == 0 {
             s
+        } else if is_arc == [true; 2] {
+            0.5 * (1.0 - (PI * s).cos())
         } else {
+            let piece = &self.pieces[usize::from(!is_arc[0])];
             let [from, to] = [piece.start[1], piece.end[1]];
             (piece.along(s)[1] - from) / (to - from)
         };
@@ -261,6 +264,24 @@ mod tests {
         assert!([0.4, -0.3].iter().all(|z| heights.iter().any(|h| (h - z).abs() < 1e-9)));
     }
 
+    /// A cap along x beside a trumpet along y, which is all but level where the cap is steep.
+    #[test]
+    fn an_arc_may_be_level_at_the_other_end() {
+        let (sin, cos) = 5_f64.to_radians().sin_cos();
+        let [half, low] = [3_f64.sqrt(), 1.0 - 2.0 * cos];
+        let foot = 2.0 * (half - sin);
+        let trumpet = curve(&[
+            &[0.0, 1.0],
+            &[half, 0.0, 0.0, -1.0],
+            &[foot, low, 2.0 * half, 1.0],
+            &[0.0, low],
+        ]);
+        let wide = (2.5 * 2.5 - (low + 1.5) * (low + 1.5)).sqrt();
+        let cap = curve(&[&[0.0, 1.0], &[wide, low, 0.0, -1.5], &[0.0, low]]);
+        let made = oval(&cap, &trumpet).expect("an oval");
+        assert!(made.deviation.normal_deg <= crate::tessellation::NORMAL_DEG);
+    }
+
     #[test]
     fn curves_that_do_not_fit_are_refused() {
         let dip = curve(&[&[0.0, 1.0], &[0.5, 1.2], &[1.0, 0.0], &[0.0, 0.0]]);
@@ -274,5 +295,9 @@ mod tests {
             assert!(said.row == row && said.expected.contains(words), "{said:?}");
         }
         assert!(oval(&cone, &cone.clone().lifted(1e-12)).is_ok());
+        // No row is to blame for a rim that is upright along x and all but level elsewhere.
+        let cap = curve(&[&[0.0, 1.0], &[1.0, 0.0, 0.0, 0.0], &[0.0, 0.0]]);
+        let trumpet = curve(&[&[0.0, 1.0], &[2.0, 0.0, 2.01, 2.52], &[0.0, 0.0]]);
+        assert_eq!(oval(&cap, &trumpet).expect_err("a rim").row, 0);
     }
 }

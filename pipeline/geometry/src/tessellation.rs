@@ -3,8 +3,9 @@
 //!
 //! In: cells of a surface, smooth each, by point and normal. Out: every cell in quads, every quad in
 //! four triangles about its middle, as many as keep points and normals of the surface within
-//! [`SURFACE`] and [`NORMAL_DEG`]. On a curved surface a triangle is farthest off in the middle of
-//! its longest edge, so that both are measured in the middle of the edges of all quads.
+//! [`SURFACE`] and [`NORMAL_DEG`]. On small cells the triangles together are farthest off in the
+//! middle of an edge: both are measured there, first on the edges of all quads, then on the spokes
+//! from their corners to their middles, which alone see a twist.
 
 use std::fmt;
 
@@ -107,10 +108,16 @@ impl Cells<'_> {
                 );
                 return Err([format!("a surface of {count} triangles"), expected]);
             }
-            let (along, across) = self.deviations(&quads);
-            let deviation = along.iter().fold(across, |all, one| all.max(*one));
-            if deviation.parts(self.width_mm) == 1 {
-                return Ok(self.triangles(&quads, deviation));
+            let (mut along, mut across) = self.deviations(&quads);
+            let most = |of: &[Deviation], across| of.iter().fold(across, |all, one| one.max(all));
+            let edges = most(&along, across);
+            if edges.parts(self.width_mm) == 1 {
+                // A twist falls by dividing either way: both, so that quads keep their form.
+                along = self.spokes(&quads);
+                across = most(&along, across);
+                if across.parts(self.width_mm) == 1 {
+                    return Ok(self.triangles(&quads, across.max(edges)));
+                }
             }
             for (row, of_row) in quads.rows.iter_mut().zip(along) {
                 *row *= of_row.parts(self.width_mm);
@@ -148,7 +155,20 @@ impl Cells<'_> {
         (along, across)
     }
 
-    /// Deviation in the middle of an edge of a quad.
+    /// Deviations of the edges from the corners of quads to their middles, by row.
+    fn spokes(&self, quads: &Quads) -> Vec<Deviation> {
+        let mut found = vec![Deviation::default(); quads.rows.len()];
+        for (cell, [k, l]) in self.places(quads, 0) {
+            let (i, [u, v]) = (cell[0], [k as f64, l as f64]);
+            let middle = quads.shares(i, [u + 0.5, v + 0.5]);
+            for corner in [[u, v], [u + 1.0, v], [u + 1.0, v + 1.0], [u, v + 1.0]] {
+                found[i] = found[i].max(self.edge(cell, [quads.shares(i, corner), middle]));
+            }
+        }
+        found
+    }
+
+    /// Deviation in the middle of an edge of triangles.
     fn edge(&self, cell: [usize; 2], [from, to]: [[f64; 2]; 2]) -> Deviation {
         let middle = [0, 1].map(|axis| 0.5 * (from[axis] + to[axis]));
         let [start, end, middle] = [from, to, middle].map(|share| (self.at)(cell, share));

@@ -150,6 +150,16 @@ mod tests {
         assert!(broken_by(&at(0.1)).expect("a part").contains("lamp"));
         let wire = "\n[[solids]]\nname = \"wire\"\nkind = \"sphere\"\nradius_mm = 0.1\nposition_mm = [0.5, 0.0, 0.5]\nsurface = { kind = \"absorbing\" }\n";
         assert!(broken_by(&of(&[], wire)).expect("a part").contains("wire"));
+        // Two meridians leave the mirror images in x and in y, where they are not turned.
+        let [dome, silicone] = ["[dome]", "[silicone]"].map(|table| own.find(table).expect(table));
+        let curves =
+            "[dome]\nmeridian_mm = [[0, 1], [1.4, 0]]\nmeridian_y_mm = [[0, 1], [1.2, 0]]\n";
+        let oval = of(&[(&own[dome..silicone], curves)], "");
+        assert_eq!(symmetry(&oval), Symmetry::Rectangle);
+        let lens = "\n[[solids]]\nname = \"lens\"\nkind = \"meridian\"\nposition_mm = [0, 0, 1.3]\nmeridian_mm = [[0, 0.2], [1, 0], [0, 0]]\nmeridian_y_mm = [[0, 0.2], [0.8, 0], [0, 0]]\nmedium = { index = 1.5 }\n";
+        assert_eq!(symmetry(&of(&[], lens)), Symmetry::Rectangle);
+        let turned = of(&[], &format!("{lens}rotation_deg = [0, 0, 30]\n"));
+        assert!(broken_by(&turned).expect("a part").contains("lens"));
         let hexagonal = of(&[("columns = 2", "arrangement = \"hexagonal\"\ncolumns = 2")], "");
         assert_eq!(symmetry(&hexagonal), Symmetry::None);
         // Maps are averaged less than they could be where the design asks for it.

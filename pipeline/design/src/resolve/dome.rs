@@ -99,6 +99,8 @@ pub(crate) fn between(
     at: &Context,
 ) -> Result<Tessellation, ConfigError> {
     oval(x, y).map_err(|error| match file {
+        // The surface as a whole has no row.
+        _ if error.row == 0 => at.value(key, error.got, &error.expected),
         None => at.value(&format!("{key}[{}]", error.row), error.got, &error.expected),
         Some(file) => {
             let got = format!("{file}, point {}: {}", error.row, error.got);

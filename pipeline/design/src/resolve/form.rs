@@ -301,6 +301,12 @@ impl SolidTable<'_> {
             let expected = "no such key beside `rotation_deg`";
             return Err(self.at.value(&self.key("axis"), "given", expected));
         }
+        if let (Some(_), SolidForm::Meridian(keys)) = (axis, &solid.kind)
+            && (keys.meridian_y_mm.is_some() || keys.meridian_y_file.is_some())
+        {
+            let expected = "no such key of an oval solid: use `rotation_deg`";
+            return Err(self.at.value(&self.key("axis"), "given", expected));
+        }
         if let Some(List(axis)) = axis {
             let axis = self.at.direction(&self.key("axis"), axis)?;
             let along = placement.along(axis);

@@ -187,7 +187,7 @@ pub(crate) fn array(
         at.count("array.columns", raw.columns, 1, MAX_ALONG)?;
         at.count("array.rows", raw.rows, 1, MAX_ALONG)?;
     }
-    let widths = dome.map_or(led.size_mm, |d| [2.0 * d.radius_mm(); 2]);
+    let widths = dome.map_or(led.size_mm, |d| [0, 1].map(|axis| 2.0 * d.half_mm(axis, 0.0)));
     let pitches = raw.pitch_mm.along();
     let mut distances = pitches;
     if let (Pitch::Along(_), Arrangement::Hexagonal) = (raw.pitch_mm, raw.arrangement) {

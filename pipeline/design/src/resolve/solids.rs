@@ -285,7 +285,7 @@ fn gaussian(
 fn no_foot(form: &Form, key: &str, at: &Context) -> ConfigError {
     let low = form.shape(0.0).map_or(0.0, |shape| shape.bounds().low.z);
     let expected = format!(
-        "a box, upright cylinder or upright meridian that stands on z = 0 with a flat face; the lowest point of this solid lies at {} mm",
+        "a box, upright cylinder or upright round meridian that stands on z = 0 with a flat face; the lowest point of this solid lies at {} mm",
         shortest((low * 1e9).round() * 1e-9)
     );
     at.value(key, "\"bottom\"", &expected)

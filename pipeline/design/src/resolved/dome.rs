@@ -40,6 +40,16 @@ impl Dome {
         }
     }
 
+    /// Largest |x| (`axis` 0) or |y| from the axis in a package turned by `turn_deg`, mm.
+    pub fn half_mm(&self, axis: usize, turn_deg: f64) -> f64 {
+        let Self::Mesh(DomeMesh { shape: Shape::Mesh(mesh), .. }) = self else {
+            return self.radius_mm();
+        };
+        let along = DMat3::from_rotation_z(turn_deg.to_radians()).row(axis);
+        let reach = |corner: &DVec3| along.dot(*corner).abs();
+        mesh.solid().0.iter().map(reach).fold(0.0, f64::max)
+    }
+
     /// The sphere, if it is one.
     pub fn sphere(&self) -> Option<&SphericalDome> {
         match self {

@@ -36,8 +36,8 @@ pub struct SolidKeys {
     /// Bodies that light in the solid, which has a `medium`, meets without a gap: names of solids
     /// that it touches or overlaps, `"bottom"`, a list of these, or `"all"` for whatever it touches.
     /// The body named displaces this one where both overlap. `"bottom"` is the mirror or floor
-    /// below a box with one axis upright, an upright cylinder or meridian that stands on z = 0 with a
-    /// flat face. Default none: a gap to everything that it touches.
+    /// below a box with one axis upright, an upright cylinder or round meridian that stands on z = 0
+    /// with a flat face. Default none: a gap to everything that it touches.
     #[serde(default, skip_serializing_if = "Contacts::is_empty")]
     pub optical_contact: Contacts,
     /// Material: a table with the keys of `[silicone]`.
@@ -119,7 +119,7 @@ pub struct SolidMeridian {
     /// File of such rows.
     pub meridian_file: Option<String>,
     /// Rows of the meridian along y of a body that is not round; the other one is then that along x,
-    /// and ellipses lie between.
+    /// and ellipses lie between. `rotation_deg` turns it, not `axis`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub meridian_y_mm: Option<Vec<Vec<f64>>>,
     /// File of such rows.
@@ -153,9 +153,9 @@ pub struct SolidMesh {
 pub struct SolidHeightMap {
     /// Lengths along x and y, mm; 1e-6 to 10 000.
     pub size_mm: List<f64, 2>,
-    /// Heights at equal steps from edge to edge, at least 4 by 4, the largest y first: rows of
-    /// numbers, a `.npy` of f64 or a grey PNG of 8 or 16 bits (0 to 1). Between them the bicubic
-    /// spline.
+    /// Heights at equal steps from edge to edge, at least 4 by 4 and at most about 700 by 700
+    /// numbers, the largest y first: rows of numbers, a `.npy` of f64 or a grey PNG of 8 or 16 bits
+    /// (0 to 1). Between them the bicubic spline.
     pub map_file: String,
     /// Height of 1 in the file, of white in a picture, mm; -10 000 to 10 000.
     pub scale_mm: f64,
