@@ -164,7 +164,8 @@ impl Row {
         let (sin, cos) = (t * FRAC_PI_2).sin_cos();
         let (cos, sin) = [(cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos)][quadrant];
         let [[rx, zx], [ry, zy]] = self.points(s);
-        let point = DVec3::new(rx * cos, ry * sin, zx * cos * cos + zy * sin * sin);
+        // Equal heights are kept to the last bit: triangles of one point have no area.
+        let point = DVec3::new(rx * cos, ry * sin, zx + (zy - zx) * sin * sin);
         let near = self.points(s.clamp(WITHIN, 1.0 - WITHIN));
         let [(dx, rate_x), (dy, rate_y)] = [0, 1].map(|k| {
             let (piece, direction) = (&self.pieces[k], self.pieces[k].direction(near[k]));
@@ -280,6 +281,32 @@ mod tests {
         let cap = curve(&[&[0.0, 1.0], &[wide, low, 0.0, -1.5], &[0.0, low]]);
         let made = oval(&cap, &trumpet).expect("an oval");
         assert!(made.deviation.normal_deg <= crate::tessellation::NORMAL_DEG);
+    }
+
+    /// Half-ellipses by many points, and a dome of an arc beside one of a line, close at their tops.
+    #[test]
+    fn tops_are_one_point() {
+        let half_ellipse = |radius: f64| {
+            let rows: Vec<[f64; 2]> = (0..=120)
+                .map(|k| {
+                    let (sin, cos) = (PI * f64::from(k) / 120.0).sin_cos();
+                    [if k % 120 == 0 { 0.0 } else { radius * sin }, 0.6 * cos]
+                })
+                .collect();
+            curve(&rows.iter().map(|row| &row[..]).collect::<Vec<_>>())
+        };
+        let pairs = [
+            [half_ellipse(1.2), half_ellipse(0.8)],
+            [
+                curve(&[&[0.0, 0.7], &[0.7, 0.0, 0.0, 0.0], &[0.0, 0.0]]),
+                curve(&[&[0.0, 0.7], &[1.0, 0.0], &[0.0, 0.0]]),
+            ],
+        ];
+        for [x, y] in &pairs {
+            let made = oval(x, y).expect("an oval");
+            let area = |[a, b, c]: &[DVec3; 3]| (*b - *a).cross(*c - *a).length();
+            assert!(made.triangles.iter().all(|triangle| area(triangle) > 1e-12));
+        }
     }
 
     #[test]
