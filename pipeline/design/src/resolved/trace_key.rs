@@ -421,7 +421,9 @@ mod tests {
         let text = crate::EMBEDDED.iter().find(|(name, _)| *name == "d2.toml").expect("D2").1;
         let of = |table: &str, rows: &str| {
             let mut stated: toml::Table = toml::from_str(text).expect("TOML");
-            let law = format!("kind = \"specular\"\nfilter = {{ reflectance = {rows} }}");
+            let law = format!(
+                "kind = \"specular\"\nreflectance = 1.0\nfilter = {{ reflectance = {rows} }}"
+            );
             let law: toml::Table = toml::from_str(&law).expect("TOML");
             match table {
                 "led.sides" => {
@@ -430,7 +432,9 @@ mod tests {
                 }
                 _ => {
                     let mut own = stated[table].as_table().expect("a table").clone();
-                    ["kind", "reflection", "reflectance"].map(|key| own.remove(key));
+                    for key in ["kind", "reflection"] {
+                        own.remove(key);
+                    }
                     let kind = if table == "led" { "reflection" } else { "kind" };
                     own.insert(kind.to_owned(), "specular".into());
                     own.insert("filter".to_owned(), law["filter"].clone());

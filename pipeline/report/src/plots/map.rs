@@ -271,11 +271,10 @@ pub fn map_panel(sheet: &mut Sheet, room: Rect, [x, y]: [&Axis; 2]) -> Panel {
 /// Pixels of an LED with its outline.
 fn led_place(panel: &Panel, led: &LedOutline) -> Rect {
     let corners = led.corners().map(|[x, y]| panel.at(x, y));
-    let end = |k: usize, of: fn(f64, f64) -> f64| corners.map(|at| at[k]).into_iter().reduce(of);
-    let [left, top, right, bottom] =
-        [(0, f64::min as fn(f64, f64) -> f64), (1, f64::min), (0, f64::max), (1, f64::max)]
-            .map(|(k, of)| end(k, of).unwrap_or_default());
-    Rect::new(left - 4.0, top - 4.0, right + 4.0, bottom + 4.0)
+    let end =
+        |k: usize, of: fn(f64, f64) -> f64| corners.iter().map(|at| at[k]).fold(corners[0][k], of);
+    let [left, top] = [end(0, f64::min), end(1, f64::min)];
+    Rect::new(left - 4.0, top - 4.0, end(0, f64::max) + 4.0, end(1, f64::max) + 4.0)
 }
 
 pub(super) fn draw_led(canvas: &mut Canvas, panel: &Panel, led: &LedOutline) {
