@@ -108,6 +108,7 @@ fn check_says_where_packages_stand_and_what_is_read() {
             &format!("{GRID}, turns_deg = [0, 0, 0, 0, 0, 5]"),
             "at 12 x 8 mm, each with a turn of its own",
         ),
+        (&format!("{GRID}, turns_deg = [0, 0, 0, 0, 0, 0]"), "3 x 2 at 12 x 8 mm\n"),
     ] {
         std::fs::write(at.join("chips.toml"), design(array) + receivers).expect("written");
         let checked = said(at, &["check", "chips.toml"]).expect("valid");
@@ -124,6 +125,11 @@ fn check_says_where_packages_stand_and_what_is_read() {
         (GRID.replace("[12.0, 8.0]", "[12.0, 0.1]"), "width of a package, 0.2 mm"),
         (
             format!("{GRID}, arrangement = \"hexagonal\"").replace("[12.0, 8.0]", "[0.3, 0.1]"),
+            "width of a package, 0.2 mm",
+        ),
+        // Boxes overlap corner by corner, at a distance above their width.
+        (
+            format!("{GRID}, arrangement = \"hexagonal\"").replace("[12.0, 8.0]", "[0.3, 0.15]"),
             "width of a package, 0.2 mm",
         ),
         (FILE.replace("7.0", "[7.0, 7.0]"), "one number beside positions_file"),

@@ -339,4 +339,34 @@ fn packages_move_and_turn_one_by_one() {
     for column in ["array.offsets_mm[4][2]", "array.turns_deg[4]"] {
         assert!(heading.contains(column), "{heading}");
     }
+
+    // Light past the end of an oblong chip, by either alone; hardly any deviation is the control.
+    let chips = "name = \"chips\"\n\
+        mirror = { kind = \"absorbing\", reflectance = 0.0, extent = \"array\" }\n\
+        led = { size_mm = [1.5, 0.3], height_mm = 0.15, reflectance = 0.8, reflection = \"specular\" }\n\
+        array = { columns = 1, rows = 1, pitch_mm = 8.0 }\n\
+        light = { wavelength_nm = 550.0 }\nreceiver = { bin_mm = 0.5 }\n\
+        [[receivers]]\nname = \"end\"\nkind = \"plane\"\nposition_mm = [0.7, 0.0, 0.4]\n\
+        size_mm = [0.4, 0.3]\nbins = [1, 1]\n";
+    std::fs::write(at.join("bare-dome.toml"), chips).expect("written");
+    let chi_square = |key: &str, deviation: f64| {
+        let head = head.replace("extraction_efficiency", "flux.end");
+        let keys = format!("[[tolerances]]\nkey = \"{key}\"\ndeviation = {deviation:?}\n");
+        std::fs::write(at.join("tolerance.toml"), head + &keys).expect("written");
+        let [_, table] = tolerance(at, &[]);
+        let table = String::from_utf8(table).expect("UTF-8");
+        let mut lines = table.lines().map(|line| line.split(',').collect::<Vec<_>>());
+        let heading = lines.next().expect("a heading");
+        let column = |name: &str| heading.iter().position(|known| *known == name).expect(name);
+        let [value, error] = ["flux.end", "flux.end_standard_error"].map(column);
+        let of = |row: &Vec<&str>, k: usize| row[k].parse::<f64>().expect("a number");
+        let rows: Vec<[f64; 2]> = lines.map(|row| [of(&row, value), of(&row, error)]).collect();
+        let mean = rows.iter().map(|row| row[0]).sum::<f64>() / rows.len() as f64;
+        rows.iter().map(|row| ((row[0] - mean) / row[1]).powi(2)).sum::<f64>()
+    };
+    for (key, deviation) in [("array.offsets_mm[*][*]", 0.3), ("array.turns_deg[*]", 20.0)] {
+        let (moved, control) = (chi_square(key, deviation), chi_square(key, 1e-6));
+        // Of 7 degrees of freedom 24.3 is the quantile of 99.9 %.
+        assert!(moved > 100.0 && control < 24.3, "{key}: {moved} {control}");
+    }
 }

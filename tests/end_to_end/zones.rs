@@ -115,16 +115,20 @@ fn zones_of_packages_in_no_full_rows_are_what_a_trace_gives() {
     let staggered = square.replace("5.5]", "5.5], arrangement = \"hexagonal\"");
     std::fs::write(at.join("square.toml"), square).expect("written");
     std::fs::write(at.join("staggered.toml"), staggered).expect("written");
-    std::fs::write(
-        at.join("free.toml"),
-        boxed(4).replace(
+    // Chips off the axes, so that turns move their light.
+    let free = boxed(4)
+        .replace(
             "columns = 4, rows = 4, pitch_mm = 6.0",
             "positions_file = \"p.txt\", pitch_mm = 4.0",
-        ),
-    )
-    .expect("written");
-    let places = "x_mm y_mm turn_deg\n-6 -6 10\n5 -4 0\n6 5.5 -20\n-4 1 0\n-5 6 45\n";
-    std::fs::write(at.join("p.txt"), places).expect("written");
+        )
+        .replace("size_mm = [0.5, 0.5]", "size_mm = [1.5, 0.3], offset_mm = [1.0, 0.0]");
+    std::fs::write(at.join("free.toml"), &free).expect("written");
+    std::fs::write(at.join("unturned.toml"), free.replace("p.txt", "q.txt")).expect("written");
+    let rows = ["-6 -6 90", "5 -4 -150", "6 5.5 -60", "-4 1 0", "-5 6 180"];
+    let text = format!("x_mm y_mm turn_deg\n{}\n", rows.join("\n"));
+    std::fs::write(at.join("p.txt"), text).expect("written");
+    let places = rows.map(|row| row.rsplit_once(' ').expect("a turn").0);
+    std::fs::write(at.join("q.txt"), places.join("\n")).expect("written");
     std::fs::write(at.join("drives.csv"), "1,0.2,0,0.4\n0,0.7,0.1,0\n0.3,0,1,0.5\n0,0,0.6,0\n")
         .expect("written");
     std::fs::write(at.join("four.csv"), "1,0.2\n0,0.7\n").expect("written");
@@ -142,10 +146,18 @@ fn zones_of_packages_in_no_full_rows_are_what_a_trace_gives() {
     // No place stands for another.
     assert_eq!(found["responses"], 16);
     let (_, control) = direct("square.toml --pattern drives.csv", "square", sixteen);
-    let off = rows.iter().zip(&control).map(|(a, b)| ((a[5] - b[5]) / a[6].hypot(b[6])).powi(2));
-    assert!(off.sum::<f64>() > 100.0, "{rows:?} {control:?}");
-    let (found, _) = direct("free.toml --pattern four.csv --zones 2x2", "free", [0.09, 18.5]);
-    assert_eq!(found["responses"], 5);
+    let apart = |rows: &[Vec<f64>], control: &[Vec<f64>]| {
+        let off = rows.iter().zip(control).map(|(a, b)| (a[5] - b[5]) / a[6].hypot(b[6]));
+        let square: f64 = off.map(|off| off.powi(2)).sum();
+        assert!(square > 100.0, "{square}: {rows:?} {control:?}");
+    };
+    apart(&rows, &control);
+    assert!(found.get("free_places").is_none());
+    let line = "free.toml --pattern four.csv --zones 2x2";
+    let (found, rows) = direct(line, "free", [0.09, 18.5]);
+    assert_eq!((&found["responses"], &found["free_places"]), (&5.into(), &true.into()));
+    let (_, control) = direct(&line.replace("free", "unturned"), "unturned", [0.09, 18.5]);
+    apart(&rows, &control);
     for (line, words) in [
         ("free.toml --pattern four.csv", "--zones: expected columns and rows of zones"),
         ("free.toml --pattern drives.csv --zones 4x4", "--zones: expected at most as many"),

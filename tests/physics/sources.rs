@@ -167,6 +167,18 @@ fn faces_of_a_chip_emit_by_their_laws() {
     let ring = "top = { angle_deg = [0, 30, 30.001, 60, 60.0001], intensity = [0, 0, 1, 1, 0] }";
     let found = shares(top, ring);
     close("ring", found[1], 1.0);
+    // Of a side `across` counts upwards: all of the light goes up, or none.
+    let up = |across: &str| {
+        let law =
+            format!("angle_deg = [-60, 0, 0.001, 60], intensity = [0, 0, 0, 0], across = {across}");
+        let text = format!(
+            "{BARE}\n[[sources]]\nname = \"chip\"\nkind = \"chip\"\nface_powers = [0, 1, 1, 1, 1]\n\
+             sides = {{ {law} }}\n"
+        );
+        let ledger = seen(&parse(&text)).ledger();
+        ledger.accounts.iter().find(|(name, _)| name == "escaped_up").expect("an account").1.value
+    };
+    assert!(up("[0, 0, 1, 1]") > 0.999 && up("[1, 1, 0, 0]") < 1e-3);
     // Sides and top have laws of their own; of sides half goes up, with all but little of the top's.
     let both =
         shares("[0.6, 0.1, 0.1, 0.1, 0.1]", "top = { exponent = 3.0 }\nsides = { exponent = 1e5 }");

@@ -289,7 +289,10 @@ impl ModelFiles<'_> {
     /// LEDs as maps show them.
     pub(super) fn led_outlines(&self) -> Vec<LedOutline> {
         let size = self.design.led.size_mm;
-        self.leds().into_iter().map(|centre| LedOutline { centre, size }).collect()
+        let turn_deg = |package| self.design.array.turn_deg(package);
+        let leds = self.leds().into_iter().enumerate();
+        leds.map(|(package, centre)| LedOutline { centre, size, turn_deg: turn_deg(package) })
+            .collect()
     }
 
     /// Centres of the LEDs.

@@ -477,6 +477,7 @@ mod tests {
             led_mm: [0.5, 0.25, 0.12],
             led_corners_mm: Vec::new(),
             led_offsets_mm: Vec::new(),
+            turns_deg: Vec::new(),
             mirror_half_mm: 3.25,
             plane_mm,
             pitch_mm: None,

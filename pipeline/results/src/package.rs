@@ -50,6 +50,9 @@ pub struct PackageDrawing {
     /// all of them are on the axes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub led_offsets_mm: Vec<[f64; 2]>,
+    /// Turns of all packages about their axes, degrees; empty where none is turned.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub turns_deg: Vec<f64>,
     /// Half the width of the mirror under the package, as far as half the pitch, mm.
     pub mirror_half_mm: f64,
     /// Height of the receiver plane, mm.

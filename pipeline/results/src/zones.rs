@@ -48,6 +48,9 @@ pub struct ZonesFile {
     pub unit: String,
     /// Columns and rows of packages; of packages in no rows their number and 1.
     pub packages: [usize; 2],
+    /// True of packages in no rows: their number and 1.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub free_places: bool,
     /// Columns and rows of packages that were traced.
     pub traced_packages: [usize; 2],
     /// Columns and rows of zones.
@@ -99,7 +102,7 @@ impl ZonesFile {
         let unit = Unit::from_name(&self.unit).unwrap_or(Unit::Relative);
         let size = |[columns, rows]: [usize; 2]| format!("{columns} x {rows}");
         let mut packages = match self.packages {
-            [count, 1] => format!("of {count} packages"),
+            [count, _] if self.free_places => format!("of {count} packages"),
             packages => format!("of {} packages", size(packages)),
         };
         if self.traced_packages != self.packages {

@@ -256,7 +256,8 @@ fn moved(led: &Led) -> String {
         words.push(format!(", tilted by {}° about x and y", pair(place.tilt_deg)));
     }
     let own = [("offset", &led.offsets_mm), ("tilt", &led.tilts_deg)];
-    for (name, _) in own.iter().filter(|(_, rows)| !rows.is_empty()) {
+    let is_own = |rows: &[[f64; 2]]| rows.iter().flatten().any(|part| *part != 0.0);
+    for (name, _) in own.iter().filter(|(_, rows)| is_own(rows)) {
         words.push(format!(", and its own {name} in each package"));
     }
     words.concat()
@@ -293,8 +294,8 @@ fn array(design: &Design) -> String {
             format!("{columns} x {rows} at {} mm{hexagonal}", array.pitch_mm)
         }
     };
-    let offset = if array.offsets_mm.is_empty() { "" } else { ", each off its place" };
-    let turned = if array.turns_deg.is_empty() { "" } else { ", each with a turn of its own" };
+    let offset = if array.is_offset() { ", each off its place" } else { "" };
+    let turned = if array.has_own_turns() { ", each with a turn of its own" } else { "" };
     format!("{places}{offset}{turned}")
 }
 

@@ -85,7 +85,7 @@ fn changed(design: &Design) -> Vec<String> {
     }
     if symmetry::of_places(&design.array.axes_mm()) == Symmetry::None {
         let key = match design.array.positions {
-            _ if !design.array.offsets_mm.is_empty() => "array.offsets_mm",
+            _ if design.array.is_offset() => "array.offsets_mm",
             PackagePositions::Grid { .. } => "array.arrangement",
             PackagePositions::List { .. } => "array.positions_file",
         };
@@ -186,9 +186,9 @@ fn is_image_of_source(one: &Source, other: &Source, axis: usize) -> bool {
     let [(u, _), (other_u, _)] = [one.axes(), other.axes()];
     let along = image(u, axis).dot(other_u).abs();
     let emission = match (&one.emission, &other.emission) {
+        // Symmetric in both planes of its axes, which the image then has too.
         (Emission::Table(table), Emission::Table(of_other)) => {
-            let upright = one.normal.z.abs().min(u.x.abs().max(u.y.abs()));
-            table == of_other && upright > 1.0 - 1e-9 && symmetry_of(table) != Symmetry::None
+            table == of_other && along > 1.0 - 1e-9 && symmetry_of(table) != Symmetry::None
         }
         (Emission::Rays(_), _) | (_, Emission::Rays(_)) => false,
         (one, other) => one == other,
@@ -265,8 +265,26 @@ light = { wavelength_nm = 550.0 }
         let prisms = |degrees: f64| {
             film(&format!("top = {{ kind = \"prisms\", direction_deg = {degrees:?} }}"))
         };
+        let chip = |table: &str| {
+            format!(
+                "[[sources]]\nname = \"chip\"\nkind = \"chip\"\nface_powers = [0, 1, 1, 1, 1]\n\
+                 sides = {{ angle_deg = [-60, 0, 60], {table} }}\n"
+            )
+        };
+        let aslant = |turn: f64| {
+            format!(
+                "[[sources]]\nname = \"oval\"\nkind = \"table\"\nposition_mm = [0.0, 0.0, 1.0]\n\
+                 angle_deg = [0, 60]\nintensity = [1, 0]\nacross = [1, 0.5]\n\
+                 rotation_deg = [0, 0, {turn:?}]\n"
+            )
+        };
         for (more, named) in [
             (String::new(), ""),
+            (chip("intensity = [0, 1, 0], across = [1, 1, 1]"), ""),
+            (chip("intensity = [0, 1, 1]"), "sources[1] \"chip\" (no source is its image)"),
+            (aslant(0.0), ""),
+            (aslant(90.0), ""),
+            (aslant(30.0), "sources[1] \"oval\""),
             (prisms(0.0), ""),
             (prisms(90.0), ""),
             (prisms(10.0), "films[1].top.direction_deg = 10 (its image has another direction)"),

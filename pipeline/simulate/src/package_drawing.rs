@@ -39,6 +39,11 @@ pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
         led_mm: [width, depth, design.led.height_mm],
         led_corners_mm: led_corners(design, number),
         led_offsets_mm: led_offsets(design),
+        turns_deg: if design.array.is_turned() {
+            (0..axes_mm.len()).map(|package| design.array.turn_deg(package)).collect()
+        } else {
+            Vec::new()
+        },
         mirror_half_mm: match design.mirror.extent {
             Extent::Array => 0.5 * design.array.pitch_mm.along()[0],
             Extent::Package => radius_mm,

@@ -318,10 +318,13 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
         Error::Overlap { .. } if design.dome.is_none() && !led.is_centred() => {
             return off_axis(design, error);
         }
+        Error::Overlap { .. } if design.array.has_own_turns() && !design.array.is_offset() => {
+            ("array.turns_deg", "packages that overlap".to_owned())
+        }
         Error::Overlap { .. } => (
             design.array.distance_key(),
             match design.array.positions {
-                PackagePositions::Grid { .. } if design.array.offsets_mm.is_empty() => {
+                PackagePositions::Grid { .. } if !design.array.is_offset() => {
                     design.array.pitch_mm.to_string()
                 }
                 _ => "packages that overlap".to_owned(),

@@ -318,6 +318,7 @@ impl Command<'_> {
             quantity: self.zoned.receiver.quantity.name().to_owned(),
             unit: self.zoned.receiver.quantity.unit().symbol().to_owned(),
             packages: places.whole,
+            free_places: places.are_free(),
             traced_packages: places.traced,
             zones: self.zoned.zones,
             paths: self.design.trace.paths,

@@ -130,7 +130,7 @@ impl<'a> ZonedDesign<'a> {
         );
         let mut places = Places::new(design, request.packages)?;
         ensure!(
-            request.zones.is_some() || places.is_lattice() || places.whole[1] > 1,
+            request.zones.is_some() || !places.are_free(),
             "--zones: expected columns and rows of zones for packages in no rows, got none"
         );
         let zones = request.zones.unwrap_or(places.whole);

@@ -56,7 +56,7 @@ impl Places {
             "--packages: expected none with [[prints]]: ink of the design does not repeat from package to package"
         );
         ensure!(
-            whole.is_none() || !design.array.is_turned() && design.array.offsets_mm.is_empty(),
+            whole.is_none() || !design.array.is_turned() && !design.array.is_offset(),
             "--packages: expected none where packages are turned or off their places, which do not repeat"
         );
         let axes = design.array.places_mm();
@@ -134,6 +134,11 @@ impl Places {
     /// True of full rows at right angles.
     pub fn is_lattice(&self) -> bool {
         self.aslant_mm.is_empty()
+    }
+
+    /// True of places that a file states in no full rows at right angles.
+    pub fn are_free(&self) -> bool {
+        !self.is_lattice() && self.whole[1] == 1
     }
 
     /// Deals the packages to zones.
@@ -303,7 +308,7 @@ mod tests {
         let error = Places::new(&design, Some([10, 4])).expect_err("no lattice").to_string();
         assert!(error.starts_with("--packages: expected none of packages"), "{error}");
         let mut places = Places::new(&design, None).expect("staggered");
-        assert!(!places.is_lattice() && places.whole == [5, 4]);
+        assert!(!places.is_lattice() && !places.are_free() && places.whole == [5, 4]);
         for (axis, expected) in [(0, [-22.0, 44.0]), (1, [-12.0, 24.0])] {
             let off = (0..2).map(|k| (places.area_mm(axis)[k] - expected[k]).abs());
             assert!(off.sum::<f64>() < 1e-12, "{axis}");
@@ -328,6 +333,7 @@ mod tests {
         design.array.positions =
             PackagePositions::List { positions_mm, turns_deg: Vec::new(), file: String::new() };
         let places = Places::new(&design, None).expect("places");
+        assert!(places.are_free());
         let p = places.pitch_mm[0];
         assert!(((20.0 + p).powi(2) - 5.0 * p * p).abs() < 1e-9, "{p}");
     }

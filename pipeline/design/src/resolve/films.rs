@@ -79,15 +79,16 @@ impl Stack {
         folder: &Path,
         at: &Context,
     ) -> Result<Self, ConfigError> {
-        let key = format!("{table}.substrate");
         if let Some(filter) = &stated.filter {
             if stated.substrate.is_some() || !stated.coating.is_empty() {
                 let expected = "no such table beside `filter`, which says what is reflected";
-                return Err(at.value(&key, "given", expected));
+                let key = if stated.substrate.is_some() { "substrate" } else { "coating" };
+                return Err(at.value(&format!("{table}.{key}"), "given", expected));
             }
             let filter = Some(polariser::filter_shares(filter, &format!("{table}.filter"), at)?);
             return Ok(Self { filter, ..Self::default() });
         }
+        let key = format!("{table}.substrate");
         let Some(metal) = &stated.substrate else {
             if stated.coating.is_empty() {
                 return Ok(Self::default());

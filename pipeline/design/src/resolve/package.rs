@@ -189,15 +189,23 @@ pub(crate) fn array(
     }
     let widths = dome.map_or(led.size_mm, |d| [0, 1].map(|axis| 2.0 * d.half_mm(axis, 0.0)));
     let pitches = raw.pitch_mm.along();
-    let mut distances = pitches;
-    if let (Pitch::Along(_), Arrangement::Hexagonal) = (raw.pitch_mm, raw.arrangement) {
-        // Neighbours in the next row stand aslant.
-        distances[1] = pitches[1].hypot(0.5 * pitches[0]);
+    let mut is_clear = [0, 1].map(|k| pitches[k] >= widths[k]);
+    let is_staggered =
+        matches!((raw.pitch_mm, raw.arrangement), (Pitch::Along(_), Arrangement::Hexagonal));
+    if is_staggered {
+        // Neighbours in the next row stand aslant, those of every other row in one column.
+        let (along, half) = (pitches[1], 0.5 * pitches[0]);
+        let is_next_clear = match dome {
+            Some(_) => along.hypot(half) >= widths[1],
+            None => is_clear[1] || half >= widths[0],
+        };
+        is_clear[1] = is_next_clear && (raw.rows < 3 || 2.0 * along >= widths[1]);
     }
-    for ((pitch_mm, distance_mm), width) in pitches.into_iter().zip(distances).zip(widths) {
+    for (k, (pitch_mm, width)) in pitches.into_iter().zip(widths).enumerate() {
         at.length("array.pitch_mm", pitch_mm)?;
-        if distance_mm < width {
-            let expected = format!("at least the width of a package, {width} mm");
+        if !is_clear[k] {
+            let rows = if is_staggered && k == 1 { " between packages of all rows" } else { "" };
+            let expected = format!("at least the width of a package, {width} mm{rows}");
             return Err(at.value("array.pitch_mm", pitch_mm, &expected));
         }
         if pitch_mm > MAX_PITCH_MM {

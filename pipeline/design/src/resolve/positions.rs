@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `array.positions_file`: where packages stand, as text with numbers separated by a comma or by
-//! spaces, one package a line. A first line of words names the columns ([`NAMES`]); without it they
+//! `array.positions_file`: where packages stand, as text with numbers separated by commas, semicolons
+//! or spaces, one package a line. A first line of words names the columns ([`NAMES`]); without it they
 //! are x and y in mm and, in all lines or in none, the power in any unit. Lines that begin with `#`
 //! are passed over.
 
@@ -54,12 +54,12 @@ pub(crate) fn load(array: &schema::Array, name: &str, folder: &Path) -> Result<P
 fn parse(text: &str, pitch_mm: f64) -> Result<Placed> {
     let mut columns: Option<Vec<usize>> = None;
     let mut rows: Vec<([f64; 4], usize)> = Vec::new();
-    for (line, number) in text.lines().zip(1..) {
+    for (line, number) in text.trim_start_matches('\u{feff}').lines().zip(1..) {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
-        let words = line.split(|c: char| c == ',' || c.is_whitespace());
+        let words = line.split(|c: char| matches!(c, ',' | ';') || c.is_whitespace());
         let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
         let values: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
         let is_text = words.first().is_some_and(|word| word.parse::<f64>().is_err());
@@ -164,6 +164,10 @@ mod tests {
         let plain = parse(text, 8.0).expect("three positions");
         let positions_mm = vec![[0.0, 0.0], [8.3, 0.0], [-8.3, 1.0]];
         assert_eq!(plain, Placed { positions_mm, ..Placed::default() });
+        // As spreadsheets write them.
+        let sheet = "\u{feff}x_mm;y_mm\r\n0;0\r\n8.3; 0\r\n-8.3;1\r\n";
+        assert_eq!(parse(sheet, 8.0).expect("three positions"), plain);
+        assert_eq!(parse("\u{feff}0;0\n8.3;0\n-8.3;1\n", 8.0).expect("no heading"), plain);
         // Powers count by their mean.
         let drives = |text: &str| parse(text, 8.0).expect("powers").drives;
         assert_eq!(drives("0 0 3\n9 0 1\n18,0,2\n"), Some(vec![1.5, 0.5, 1.0]));

@@ -82,10 +82,20 @@ impl Array {
     /// The key of the design file that says how near packages stand.
     pub fn distance_key(&self) -> &'static str {
         match self.positions {
-            _ if !self.offsets_mm.is_empty() => "array.offsets_mm",
+            _ if self.is_offset() => "array.offsets_mm",
             PackagePositions::Grid { .. } => "array.pitch_mm",
             PackagePositions::List { .. } => "array.positions_file",
         }
+    }
+
+    /// True if a package stands off its place.
+    pub fn is_offset(&self) -> bool {
+        self.offsets_mm.iter().flatten().any(|along| *along != 0.0)
+    }
+
+    /// True if a package has a turn beside that of its file.
+    pub fn has_own_turns(&self) -> bool {
+        self.turns_deg.iter().any(|turn| *turn != 0.0)
     }
 
     /// Turns of the packages that their file states, degrees; empty for nothing.

@@ -39,7 +39,7 @@ pub struct Films {
 
 impl Serialize for Films {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let Self { dome, mirror, led_top, led_sides, stated: _ } = self;
+        let Self { dome, mirror, led_top, led_sides, stated } = self;
         let Coats { layers, substrate, reflectance } = mirror;
         let mut films = json!({"dome": dome.layers, "mirror": layers, "substrate": substrate});
         if let Some(rows) = reflectance {
@@ -48,6 +48,14 @@ impl Serialize for Films {
         // Other designs have the fields of those that cannot say otherwise.
         if [led_top, led_sides].into_iter().any(|coats| *coats != Coats::default()) {
             films["led"] = json!([led_top, led_sides]);
+        }
+        // One trace may have light of many wavelengths.
+        let FilmStacks { dome: _, mirror, led_top, led_sides } = &**stated;
+        let of_led = [Some(led_top), led_sides.as_ref()];
+        let filters = [Some(mirror)].into_iter().chain(of_led);
+        let filters: Vec<_> = filters.map(|stack| stack?.filter.as_ref()).collect();
+        if filters.iter().any(Option::is_some) {
+            films["filters"] = json!(filters);
         }
         films.serialize(serializer)
     }

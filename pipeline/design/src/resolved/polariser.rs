@@ -3,14 +3,16 @@
 
 use bsdf::direction::Frame;
 use bsdf::{AxisShares, Polariser};
+use serde::Serialize;
 use tracer::glam::DVec3;
 
 use crate::check::Context;
 use crate::error::ConfigError;
 
 /// A share over the wavelength and the angle of incidence, with the key that states it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub(crate) struct SharesByAngle {
+    #[serde(skip)]
     pub(crate) key: String,
     /// Wavelengths in nm, ascending, each with rows (angle in degrees, share); 0 nm for all.
     pub(crate) curves: Vec<(f64, Vec<[f64; 2]>)>,
@@ -50,7 +52,7 @@ impl SharesByAngle {
 }
 
 /// Transmittance and reflectance of an axis, or of unpolarised light.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub(crate) struct StatedShares {
     pub(crate) transmittance: SharesByAngle,
     pub(crate) reflectance: SharesByAngle,

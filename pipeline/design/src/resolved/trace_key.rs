@@ -415,6 +415,59 @@ mod tests {
         assert!(fields[0] != fields[1] && fields[1] != fields[2]);
     }
 
+    /// The same of filters: light that is converted has wavelengths of its own.
+    #[test]
+    fn traces_depend_on_filters_at_all_wavelengths() {
+        let text = crate::EMBEDDED.iter().find(|(name, _)| *name == "d2.toml").expect("D2").1;
+        let of = |table: &str, rows: &str| {
+            let mut stated: toml::Table = toml::from_str(text).expect("TOML");
+            let law = format!(
+                "kind = \"specular\"\nreflectance = 1.0\nfilter = {{ reflectance = {rows} }}"
+            );
+            let law: toml::Table = toml::from_str(&law).expect("TOML");
+            match table {
+                "led.sides" => {
+                    let led = stated["led"].as_table_mut().expect("a table");
+                    led.insert("sides".to_owned(), law.into());
+                }
+                _ => {
+                    let mut own = stated[table].as_table().expect("a table").clone();
+                    for key in ["kind", "reflection"] {
+                        own.remove(key);
+                    }
+                    let kind = if table == "led" { "reflection" } else { "kind" };
+                    own.insert(kind.to_owned(), "specular".into());
+                    own.insert("filter".to_owned(), law["filter"].clone());
+                    stated.insert(table.to_owned(), own.into());
+                }
+            }
+            let design = crate::parse("d2.toml", &stated.to_string(), Path::new(""));
+            design.expect("valid").trace_fields(ReliefModel::Elements)
+        };
+        let rows = "[[450, 0, 0.9], [550, 0, 0.9], [620, 0, 0.9]]";
+        for table in ["mirror", "led", "led.sides"] {
+            let base = of(table, rows);
+            assert_eq!(of(table, rows), base);
+            assert_ne!(of(table, &rows.replace("620, 0, 0.9", "620, 0, 0.5")), base, "{table}");
+        }
+    }
+
+    #[test]
+    fn traces_depend_on_the_turns_of_a_file() {
+        let of = |turns: [f64; 2]| {
+            let mut design = crate::embedded("d2.toml").expect("valid");
+            design.array.positions = PackagePositions::List {
+                positions_mm: vec![[0.0; 2], [9.0, 0.0]],
+                turns_deg: turns.to_vec(),
+                file: "p.txt".to_owned(),
+            };
+            design.trace_fields(ReliefModel::Elements)
+        };
+        assert_eq!(of([0.0, 30.0]), of([0.0, 30.0]));
+        assert_ne!(of([0.0, 30.0]), of([0.0, -30.0]));
+        assert_ne!(of([0.0, 30.0]), of([0.0; 2]));
+    }
+
     #[test]
     fn files_of_other_programs_count_as_they_are_used() {
         let mut design = crate::embedded("d2.toml").expect("valid");

@@ -245,8 +245,9 @@ pub struct Array {
     pub arrangement: Arrangement,
     /// Text file of 1 to 20 000 positions in place of `columns`, `rows` and `arrangement`: x and y
     /// a line, mm, within 100 000, and the power of the package in any unit, which shares out the
-    /// power of all; form as of `dome.meridian_file`. A first line of names states columns in any
-    /// order: `x_mm`, `y_mm`, `turn_deg` (about the axis of the package, -360 to 360), `power`.
+    /// power of all; commas, semicolons or spaces between numbers, `#` for comments. A first line of
+    /// names states columns in any order: `x_mm`, `y_mm`, `turn_deg` (about the axis of the package,
+    /// -360 to 360, counterclockwise as seen from above, from x to y), `power`.
     pub positions_file: Option<String>,
     /// Rows [x, y] by which packages stand off their places, with all that is in them, mm: one a
     /// package, row after row from the lowest y, along x; of a file its lines. Board, ink and walls
@@ -254,7 +255,8 @@ pub struct Array {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub offsets_mm: Vec<List<f64, 2>>,
     /// Turn of each package about its axis, degrees, in the same order, added to that of the file;
-    /// each -360 to 360.
+    /// each -360 to 360, counterclockwise as seen from above (from x to y). For deviations: walls by
+    /// `distance_mm` do not follow them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub turns_deg: Vec<f64>,
     /// False: each package is traced without the others, on the mirror of the whole array, and the

@@ -119,11 +119,11 @@ pub struct FaceLaw {
     /// Intensity as this power of the cosine to the normal, 0 to 1e6: 1 is Lambert's law.
     pub exponent: Option<f64>,
     /// Angles to the normal, degrees, ascending, -90 to 90; as of `kind = "table"`, x of the top
-    /// along x, of a side level.
+    /// along x, of a side level: positive counterclockwise as seen from above.
     pub angle_deg: Option<Vec<f64>>,
     /// Intensity at each, in any unit; of Lambert's law the cosine.
     pub intensity: Option<Vec<f64>>,
-    /// Intensity at each in the plane of y.
+    /// Intensity at each in the plane of y, of a side the upright one: positive upwards.
     pub across: Option<Vec<f64>>,
 }
 

@@ -151,10 +151,12 @@ pub(super) fn leds(package: &PackageFile) -> Vec<LedOutline> {
     let [width, depth, _] = package.drawing.led_mm;
     let offsets = package.drawing.led_offsets_mm.iter().copied();
     let offsets = offsets.chain(std::iter::repeat([0.0; 2]));
-    let axes = package.drawing.axes_mm.iter().zip(offsets);
-    axes.map(|(axis, offset)| LedOutline {
+    let turns = package.drawing.turns_deg.iter().copied().chain(std::iter::repeat(0.0));
+    let axes = package.drawing.axes_mm.iter().zip(offsets).zip(turns);
+    axes.map(|((axis, offset), turn_deg)| LedOutline {
         centre: [0, 1].map(|k| axis[k] + offset[k]),
         size: [width, depth],
+        turn_deg,
     })
     .collect()
 }

@@ -18,8 +18,21 @@ use super::draw::sheet::{Entry, Sample, Sheet, led_outline};
 pub struct LedOutline {
     /// Middle along the column axis (x) and the row axis (y).
     pub centre: [f64; 2],
-    /// Extent along x and y.
+    /// Extent along its own x and y.
     pub size: [f64; 2],
+    /// Turn of these, degrees, counterclockwise.
+    pub turn_deg: f64,
+}
+
+impl LedOutline {
+    /// Corners, in order.
+    fn corners(&self) -> [Point; 4] {
+        let (sin, cos) = self.turn_deg.to_radians().sin_cos();
+        [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, y]| {
+            let [u, v] = [x * self.size[0], y * self.size[1]];
+            [self.centre[0] + u * cos - v * sin, self.centre[1] + u * sin + v * cos]
+        })
+    }
 }
 
 /// Scale of the colours of a map.
@@ -257,17 +270,15 @@ pub fn map_panel(sheet: &mut Sheet, room: Rect, [x, y]: [&Axis; 2]) -> Panel {
 
 /// Pixels of an LED with its outline.
 fn led_place(panel: &Panel, led: &LedOutline) -> Rect {
-    let [low, high] = [-0.5, 0.5].map(|side| {
-        panel.at(led.centre[0] + side * led.size[0], led.centre[1] + side * led.size[1])
-    });
-    Rect::new(low[0] - 4.0, high[1] - 4.0, high[0] + 4.0, low[1] + 4.0)
+    let corners = led.corners().map(|[x, y]| panel.at(x, y));
+    let end =
+        |k: usize, of: fn(f64, f64) -> f64| corners.iter().map(|at| at[k]).fold(corners[0][k], of);
+    let [left, top] = [end(0, f64::min), end(1, f64::min)];
+    Rect::new(left - 4.0, top - 4.0, end(0, f64::max) + 4.0, end(1, f64::max) + 4.0)
 }
 
 pub(super) fn draw_led(canvas: &mut Canvas, panel: &Panel, led: &LedOutline) {
-    let corner = |sx: f64, sy: f64| -> Point {
-        panel.at(led.centre[0] + sx * led.size[0] / 2.0, led.centre[1] + sy * led.size[1] / 2.0)
-    };
-    let outline = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    let outline = led.corners().map(|[x, y]| panel.at(x, y));
     canvas.clipped(panel.area, |canvas| {
         led_outline(canvas, &outline, LED);
     });
@@ -290,6 +301,15 @@ mod tests {
     fn picture(map: &Map, range: Option<[f64; 2]>) -> Result<Picture> {
         let heading = Heading::new("Map", "D1");
         illuminance_map(&IlluminanceMap { range, ..IlluminanceMap::plain(&heading, map) })
+    }
+
+    #[test]
+    fn outlines_turn_counterclockwise() {
+        let led = |turn_deg| LedOutline { centre: [1.0, 2.0], size: [2.0, 0.5], turn_deg };
+        assert_eq!(led(0.0).corners(), [[0.0, 1.75], [2.0, 1.75], [2.0, 2.25], [0.0, 2.25]]);
+        // The corner at low x and low y comes to high x and low y.
+        let [[x, y], ..] = led(90.0).corners();
+        assert!((x - 1.25).abs() < 1e-12 && (y - 1.0).abs() < 1e-12, "{x} {y}");
     }
 
     #[test]
