@@ -181,7 +181,8 @@ impl Host<'_> {
         let session = self.session;
         let begun = object(request.body.as_deref()).and_then(|body| {
             let asked = serde_path_to_error::deserialize(body)
-                .map_err(|e| Fault::new(format!("{}: {}", key_text(e.path()), e.inner())));
+                .map_err(|e| format!("{}: {}", key_text(e.path()), e.inner()))
+                .map_err(|said| Fault::new(said.trim_start_matches(": ")));
             let begun =
                 asked.and_then(|asked| search_thread::begin(session, &asked, &self.options.out));
             begun.map_err(|fault| Box::new(refused(&fault)))
