@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Edits of the text of a design: values change, comments, order and all else stay.
+//! Edits of the text of a design: values change, comments, order and all else stay. The line of
+//! `meridian_file` goes, with its comment, once its points stand in the design.
 
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::Value as Json;

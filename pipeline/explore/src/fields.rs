@@ -50,6 +50,8 @@ const OF_ALL: [&str; 3] = ["receiver", "far_field", "trace"];
 const SHAPES: &str = "elements.shapes[";
 /// Entries from which on a list is a curve.
 const CURVE: usize = 3;
+/// Most points of a file that are drawn.
+const MOST: usize = 500;
 /// Endings of keys, and the units that they name.
 const UNITS: [(&str, &str); 12] = [
     ("_per_mm", "1/mm"),
@@ -113,7 +115,10 @@ impl Found<'_> {
             let path = if before.is_empty() { key.clone() } else { format!("{before}.{key}") };
             self.value(value, &path);
         }
-        if let Some(name) = table.get("meridian_file").and_then(Value::as_str) {
+        // A dome has both meridians in files, or both in the design.
+        let is_pair = before.ends_with("dome") && table.contains_key("meridian_y_file");
+        let name = table.get("meridian_file").and_then(Value::as_str);
+        if let Some(name) = name.filter(|_| !is_pair) {
             self.meridian(name, before);
         }
     }
@@ -121,7 +126,7 @@ impl Found<'_> {
     /// The curve of a file: its points stand in the design once one is moved.
     fn meridian(&mut self, name: &str, table: &str) {
         let rows = rows_in_file(self.folder, name).unwrap_or_default();
-        if rows.len() >= CURVE {
+        if (CURVE..=MOST).contains(&rows.len()) {
             self.curve(&format!("{table}.meridian_mm"), "points", &json!(rows));
             if let Some(curve) = self.curves.last_mut() {
                 curve["file"] = name.into();
@@ -324,6 +329,10 @@ mod tests {
         let points = json!([[0.0, 1.0], [0.5, 0.9, -0.01], [1.0, 0.0]]);
         let curve = json!({"path": "dome.meridian_mm", "label": "meridian", "unit": "mm", "points": points, "file": "lens.csv"});
         assert_eq!(curves, [curve]);
+        let pair = format!("{text}meridian_y_file = \"lens.csv\"\n");
+        assert_eq!(fields(&pair, folder.path()).1, Vec::<Json>::new());
+        std::fs::write(folder.path().join("lens.csv"), "0 1\n".repeat(501)).expect("written");
+        assert_eq!(fields(text, folder.path()).1, Vec::<Json>::new());
         let moved = crate::draft::set(text, "dome.meridian_mm", &json!([[0, 1], [1, 0.5], [1, 0]]));
         assert_eq!(
             moved.expect("set"),

@@ -115,7 +115,8 @@ fn ledger(result: &ModelResult) -> Vec<Value> {
         let share = result.ledger.account(key)?;
         let text = shown::text(share, Unit::Fraction);
         Some(
-            json!({"key": key, "label": key.replace('_', " "), "text": text, "share": share.value}),
+            json!({"key": key, "label": key.replace('_', " "), "text": text, "share": share.value,
+                "error": share.standard_error}),
         )
     };
     seen.filter_map(row).collect()

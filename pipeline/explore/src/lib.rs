@@ -97,7 +97,7 @@ pub trait Actions: Sync {
     ) -> Result<String>;
 
     /// Searches by the problem file `problem`, in which `text` stands for the file `design`; returns
-    /// the text of the design found.
+    /// the text of the design found, and words on constraints that it misses when verified.
     ///
     /// # Errors
     /// Those of the command.
@@ -107,5 +107,5 @@ pub trait Actions: Sync {
         design: (&str, &str),
         out: &Path,
         context: RunContext,
-    ) -> Result<String>;
+    ) -> Result<(String, Vec<String>)>;
 }

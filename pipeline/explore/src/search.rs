@@ -62,7 +62,8 @@ impl Search {
                     // The selection judges what was found by more paths.
                     self.best = self.least(self.before..self.candidates.len()).or(self.best);
                 }
-                self.generations += 1;
+                // The selection is none.
+                self.generations += usize::from(line["generation"] != 0);
                 self.before = self.candidates.len();
             }
         }
@@ -143,6 +144,7 @@ mod tests {
         let selection = [end(2), line(0.5, Some(-1.0), true), line(0.6, Some(-0.5), true)];
         follow(&selection);
         assert_eq!(follow(&[end(0)]), (json!(4), at(0.5)));
+        assert_eq!(search.to_json()["generations"], 2);
         let shown = search.candidates(2)["candidates"][0]["figures"]["uniformity"].clone();
         assert_eq!(shown, json!({"value": 0.3, "text": "30.0 ± 1.0 %"}));
     }

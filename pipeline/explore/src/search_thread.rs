@@ -68,21 +68,21 @@ struct Variable {
     key: String,
     from: f64,
     to: f64,
+    /// The present value.
+    start: Option<f64>,
 }
 
 /// Reads what the log of the search of `session` has more than before.
 pub fn follow(session: &Session) {
-    let Some((folder, read)) =
-        session.peek(|search| search.is_running.then(|| (search.folder.clone(), search.read)))
-    else {
-        return;
-    };
-    let Ok(lines) = lines_after(&folder.join(log::FILE), read) else { return };
-    let is_same = |search: &Search| search.folder == folder && search.read == read;
-    if !lines.is_empty() && session.peek(is_same) {
+    let place = |search: &Search| search.is_running.then(|| (search.folder.clone(), search.read));
+    while let Some((folder, read)) = session.peek(place) {
+        let lines = lines_after(&folder.join(log::FILE), read).unwrap_or_default();
+        if lines.is_empty() {
+            return;
+        }
         session.search(|search| {
-            // Another one may have read them meanwhile.
-            if is_same(search) {
+            // Another one may have read some of them meanwhile; the rest is read next.
+            if search.folder == folder && search.read == read {
                 search.follow(&lines);
             }
         });
@@ -146,7 +146,9 @@ pub fn begin(session: &Session, request: &Request, out: &Path) -> Result<Begun, 
         (!search.is_running).then(|| std::mem::replace(search, next))
     });
     let before = before.ok_or_else(|| Fault::new("a search is running; stop it first"))?;
-    let written = fs::create_dir_all(&folder)
+    // No other server has the folder.
+    let written = fs::create_dir_all(out)
+        .and_then(|()| fs::create_dir(&folder))
         .with_context(|| format!("`{}` cannot be made", folder.display()))
         .and_then(|()| write_bytes(&problem, words.as_bytes()));
     if let Err(error) = written {
@@ -191,7 +193,8 @@ impl Begun {
         let context = RunContext { interrupt: &self.interrupt, ..context.mute() };
         let texts = (&*self.file, &*self.text);
         let searched = actions.optimise(&self.problem, texts, &self.folder, context);
-        let searched = searched.and_then(|found| values(&found, &self.keys));
+        let searched = searched
+            .and_then(|(found, missed)| Ok((values(&found, &self.keys)?, missed.join("; "))));
         follow(session);
         if !self.folder.join(log::FILE).exists() {
             // It has not begun: nothing of it stays.
@@ -199,7 +202,18 @@ impl Begun {
         }
         let is_kept = session.search(|search| {
             match searched {
-                Ok(found) => search.found = Some(found),
+                Ok((found, missed)) => {
+                    search.found = Some(found);
+                    let ended = search.is_stopped.then(|| {
+                        "the search ended before the stop: the values of the design found are in \
+                         the draft, and Undo takes it back"
+                            .to_owned()
+                    });
+                    let missed = (!missed.is_empty())
+                        .then(|| format!("a design was found that misses constraints: {missed}"));
+                    let words: Vec<String> = missed.into_iter().chain(ended).collect();
+                    search.note = (!words.is_empty()).then(|| words.join("; "));
+                }
                 Err(error) if !self.interrupt.is_raised() => {
                     search.note = Some(format!("{error:#}"));
                 }
@@ -208,8 +222,9 @@ impl Begun {
                     let count = search.count();
                     search.note = Some(match search.found {
                         Some(_) => format!(
-                            "stopped: the design is the best of {count} candidates, by few \
-                             paths"
+                            "stopped: the values of the best of {count} candidates, by few \
+                             paths, are in the draft; it may be worse than before, and Undo takes \
+                             it back"
                         ),
                         None => format!(
                             "stopped: expected a candidate that meets the constraints, got \
@@ -281,7 +296,11 @@ fn problem_text(request: &Request, design: &Design, file: &str, model: Model) ->
     table.insert("variables".to_owned(), toml::Value::try_from(&request.variables)?);
     table.insert("objective".to_owned(), toml::Value::Table(terms));
     table.insert("constraints".to_owned(), toml::Value::try_from(&request.constraints)?);
-    Ok(format!("# A search that `batwing explore` began.\n\n{}", toml::to_string(&table)?))
+    Ok(format!(
+        "# A search that `batwing explore` began from its draft, which the design file may not \
+         hold.\n\n{}",
+        toml::to_string(&table)?
+    ))
 }
 
 #[cfg(test)]
@@ -344,6 +363,10 @@ mod tests {
             (
                 varied("array.columns", 2.2, 2.4),
                 "array.columns: from, to: expected bounds with a whole number",
+            ),
+            (
+                json!({"variables": [{"key": "array.pitch_mm", "from": 6, "to": 7, "start": 5}]}),
+                "array.pitch_mm: start: expected a number from 6 to 7, got 5",
             ),
             (varied("array.no", 1.0, 2.0), "array.no: "),
             (varied("dome.width_mm", 1.0, 2.0), "dome.width_mm: expected a number to change, got"),

@@ -17,6 +17,7 @@ use serde_json::{Value, json};
 use tokio::sync::mpsc;
 
 use runtime::run_context::RunContext;
+use runtime::serde_messages::key_text;
 
 use crate::fault::Fault;
 use crate::http::{self, Answer, MAX_BODY, Request, Server, plain, whole};
@@ -179,7 +180,9 @@ impl Host<'_> {
     fn search(&self, request: Request) {
         let session = self.session;
         let begun = object(request.body.as_deref()).and_then(|body| {
-            let asked = serde_json::from_value(body).map_err(|e| Fault::new(e.to_string()));
+            let asked = serde_path_to_error::deserialize(body)
+                .map_err(|e| format!("{}: {}", key_text(e.path()), e.inner()))
+                .map_err(|said| Fault::new(said.trim_start_matches(": ")));
             let begun =
                 asked.and_then(|asked| search_thread::begin(session, &asked, &self.options.out));
             begun.map_err(|fault| Box::new(refused(&fault)))

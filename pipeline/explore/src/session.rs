@@ -377,7 +377,14 @@ impl Session {
 
     /// Works on the search.
     pub(crate) fn search<T>(&self, work: impl FnOnce(&mut Search) -> T) -> T {
-        self.change(|state| work(&mut state.search))
+        self.change(|state| {
+            let done = work(&mut state.search);
+            if state.has_ended {
+                // One that begins meanwhile ends, too.
+                raise(&state.search.interrupt);
+            }
+            done
+        })
     }
 
     /// Looks at the search.

@@ -43,7 +43,8 @@ pub struct ResultsFile {
     pub quick_note: Option<String>,
     /// Seed of all random numbers.
     pub seed: u64,
-    /// Files that went in, likewise; files under `[files]` stand with their tables.
+    /// Files that went in, each with `file` and `sha256`; files under `[files]` stand with their
+    /// tables.
     pub inputs: Vec<FileRecord>,
     /// Files beside `results.json`, each with `file` and `sha256`, sorted, parts of names joined by
     /// `/`.

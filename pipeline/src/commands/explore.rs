@@ -9,8 +9,11 @@ use anyhow::{Context, Result, bail};
 use clap::{Args, Parser};
 
 use design::Design;
+use experiment::optimise::search_results::missed_constraints;
 use explore::{Actions, Options, server};
 use formats::{WRITERS, Writes};
+use results::optimisation::OptimisationFile;
+use results::sealed_file::SealedFile;
 use runtime::progress::Console;
 use runtime::run_context::RunContext;
 use simulate::model::Model;
@@ -147,11 +150,14 @@ impl Actions for Commands {
         (file, text): (&str, &str),
         out: &Path,
         context: RunContext,
-    ) -> Result<String> {
+    ) -> Result<(String, Vec<String>)> {
         let mut arguments: OptimiseArgs = self.arguments(problem, out, &[])?;
         arguments.texts.insert(file.to_owned(), text.to_owned());
         arguments.run(context)?;
         let found = out.join("design.toml");
-        std::fs::read_to_string(&found).with_context(|| format!("`{}`", found.display()))
+        let text = std::fs::read_to_string(&found);
+        let text = text.with_context(|| format!("`{}`", found.display()))?;
+        let file = OptimisationFile::read(out)?;
+        Ok((text, file.iter().flat_map(missed_constraints).collect()))
     }
 }

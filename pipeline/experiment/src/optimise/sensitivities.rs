@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 
-use metrics::{Estimate, spread};
+use metrics::Estimate;
 use runtime::run_context::RunContext;
 use search::Point;
 use simulate::model::Model;
@@ -13,7 +13,6 @@ use super::evaluate::Evaluator;
 use super::objective::Evaluation;
 use super::outcome::Outcome;
 use super::shared_evaluations::Batch;
-use crate::paired_sum::differences;
 
 /// Share of a range by which a coefficient is moved to see what it does.
 const MOVE: f64 = 0.02;
@@ -68,9 +67,7 @@ pub(super) fn sensitivities(
         let judged: Vec<(f64, &Evaluation)> = judged.collect();
         found.push(match judged.as_slice() {
             [(a, low), (b, high)] if b > a && variables.is_number(k) => {
-                let [high, low] = [high, low].map(|judged| &judged.objective);
-                let error = spread(&differences(&high.without, &low.without));
-                Some(Estimate::new(high.value - low.value, error).times(1.0 / (b - a)))
+                Some(high.objective.change(&low.objective).times(1.0 / (b - a)))
             }
             _ => None,
         });

@@ -2,11 +2,11 @@
 // A search from the present design: goals, constraints and variables, and its candidates in a map.
 
 // What is seen, no part of the design that is built.
-const OBSERVES = /^(receivers?|far_field|trace|hybrid|files)\b/;
+const OBSERVES = /^(receivers?|far_field|trace|hybrid|files|light\.step_nm|light\.spectrum\.(samples|tolerance))\b/;
 const search = { number: 0, candidates: [], asked: false, added: [], variables: new Map() };
 
 // Figures that the design has, as problem files name them; first those at the top of the page.
-const figuresHere = () => (frame ? [...frame.headline.flatMap((first) => frame.figures.filter(({ key }) => key === first)), ...frame.figures.filter(({ key }) => !frame.headline.includes(key)), ...frame.ledger.map(({ key, label, share }) => ({ key, label: `ledger: ${label}`, value: share, larger_is_better: null, scale: null }))] : []);
+const figuresHere = () => (frame ? [...frame.headline.flatMap((first) => frame.figures.filter(({ key }) => key === first)), ...frame.figures.filter(({ key }) => !frame.headline.includes(key)), ...frame.ledger.map(({ key, label, share, error }) => ({ key, label: `ledger: ${label}`, value: share, standard_error: error, larger_is_better: null, scale: null }))] : []);
 const numberBox = (label, attributes) => el("input", { type: "number", step: "any", "aria-label": label, ...attributes });
 // The entry of a number; nothing where it is empty.
 const entry = (input) => (input.value === "" ? undefined : Number(input.value));
@@ -15,11 +15,19 @@ const entry = (input) => (input.value === "" ? undefined : Number(input.value));
 function figureRow(host, label, key, more) {
   const select = el("select", { class: "figure", "aria-label": label });
   const node = el("div", { class: "search-row" }, select);
-  const refresh = () => options(select, figuresHere().map((figure) => [figure.key, figure.label, figure.meaning]), select.value || key);
+  const here = figuresHere();
+  let wanted = here.length && here.every((figure) => figure.key !== key) ? here[0].key : key;
+  const refresh = () => {
+    const list = figuresHere().map((figure) => [figure.key, figure.label, figure.meaning]);
+    // What was chosen stays, also where this frame lacks it.
+    options(select, list.some(([word]) => word === wanted) ? list : [...list, [wanted, `${wanted} (not here)`]], wanted);
+  };
   refresh();
-  if (select.selectedIndex < 0) select.selectedIndex = 0;
-  const parts = more(() => figuresHere().find((figure) => figure.key === select.value));
-  select.addEventListener("change", parts.chosen);
+  const parts = more(() => figuresHere().find((figure) => figure.key === wanted));
+  select.addEventListener("change", () => {
+    wanted = select.value;
+    parts.chosen();
+  });
   node.append(...parts.nodes, el("button", { type: "button", class: "pin", "aria-label": `take this ${label} away`, onclick: () => node.remove() }, "×"));
   Object.assign(node, { refresh, read: () => ({ figure: select.value, ...parts.read() }) });
   host.append(node);
@@ -50,15 +58,16 @@ const addConstraint = () => figureRow(byId("search-constraints"), "constraint", 
   return {
     nodes: [el("label", {}, "at least ", least), el("label", {}, "at most ", most)],
     chosen() {
-      const { value, larger_is_better: larger } = figure() || { value: 0, larger_is_better: true };
+      const { value, standard_error: error, larger_is_better: larger } = figure() || { value: 0, standard_error: 0, larger_is_better: true };
       // The present design keeps it.
-      [least.value, most.value] = larger === false ? ["", short(1.01 * value)] : [short(0.99 * value), ""];
+      const slack = Math.max(0.01 * Math.abs(value), 3 * error);
+      [least.value, most.value] = larger === false ? ["", short(value + slack)] : [short(value - slack), ""];
     },
     read: () => ({ at_least: entry(least), at_most: entry(most) }),
   };
 });
 // The first figure of the page that is no goal yet.
-on("add-goal", () => addGoal(figuresHere().map(({ key }) => key).find((key) => [...byId("search-goals").children].every((node) => node.read().figure !== key))));
+on("add-goal", () => addGoal(figuresHere().map(({ key }) => key).find((key) => [...byId("search-goals").children].every((node) => node.read().figure !== key)) ?? "uniformity"));
 on("add-constraint", addConstraint);
 
 // Numbers offered at first: those of pitch, lens and films, and what has a slider or was added.
@@ -68,8 +77,12 @@ function variableRow(field, isTicked) {
   const bound = (side, words) => numberBox(`${field.path} ${words}`, { value: short(field[side]), "data-side": side });
   const [low, high] = [bound("low", "from"), bound("high", "to")];
   const now = el("span", { class: "unit" });
+  let start;
   const node = el("div", { class: "search-row" }, el("label", {}, tick, " ", field.path, " ", now), el("label", {}, "from ", low), el("label", {}, "to ", high));
-  return { node, tick, update: ({ value, unit }) => { now.textContent = `now ${short(value)} ${unit}`; }, read: () => ({ key: field.path, from: entry(low), to: entry(high) }) };
+  return { node, tick, update({ value, unit }) {
+    start = value;
+    now.textContent = `now ${short(value)} ${unit}`;
+  }, read: () => ({ key: field.path, from: entry(low), to: entry(high), start }) };
 }
 function showVariables() {
   const offered = state.fields.filter(isOffered);
@@ -92,7 +105,7 @@ byId("add-variable").addEventListener("change", () => {
   showVariables();
 });
 
-// The rows as the problem file takes them; null where one lacks a number.
+// The rows as the problem file takes them; a range without a number at both ends is refused.
 function asked() {
   const read = (host) => [...byId(host).children].map((node) => node.read());
   const ticked = [...search.variables.values()].filter(({ node, tick }) => node.isConnected && tick.checked);
@@ -106,8 +119,8 @@ const inSearch = (address, body) => send(address, body).then(() => complain(""),
 byId("search-form").addEventListener("submit", async (event) => {
   event.preventDefault();
   try {
-    const body = asked();
-    if (await isReady()) await inSearch("optimise", body);
+    // The search starts from what the server has.
+    if (await isReady()) await inSearch("optimise", asked());
     else complain(byId("message").textContent);
   } catch (error) {
     complain(error.message);
@@ -196,7 +209,7 @@ function showSearch() {
   byId("optimise").textContent = now && now.running ? "Optimising …" : "Optimise from here";
   byId("search-map").hidden = !now;
   if (!now) return;
-  const end = now.note || (now.running ? "searching" : now.found ? "a design was found and traced anew: take it" : "ended");
+  const end = now.note || (now.running ? "searching" : now.found ? "a design was found and traced anew; Take puts its values into the draft, whatever else changed meanwhile, and Undo takes it back" : "ended");
   byId("search-status").textContent = `${now.candidates} candidates, ${now.generations} generations: ${end}`;
   if (search.number === now.number && search.best !== now.best) drawMap();
   followCandidates();
