@@ -200,7 +200,8 @@ fn surfaces_that_are_not_round_are_said_and_exported() {
         assert!(output.status.success(), "{arguments:?}: {text}");
         String::from_utf8(output.stdout).expect("UTF-8")
     };
-    let map: String = (0..5).map(|row| format!("0.1,0.2,{}.3,0.2,0.1\n", row % 2)).collect();
+    let rows: Vec<String> = (0..5).map(|row| format!("0.1,0.2,{}.3,0.2,0.1\n", row % 2)).collect();
+    let map = rows.concat();
     std::fs::write(at.join("map.csv"), map).expect("written");
     let oval = "[0, 1], [1.7, 0.053565375285274, 0, -1], [1.7, 0]]\n\
                 meridian_y_mm = [[0, 1], [1.3, 0.2, 0, -0.45625], [1.3, 0]";

@@ -63,7 +63,6 @@ fn values(outcome: &Outcome, detector: &Detector, reading: usize) -> Vec<Estimat
         .map(|(bin, measure)| Estimate {
             value: bin.value / measure,
             standard_error: bin.standard_error / measure,
-            ..*bin
         })
         .collect()
 }

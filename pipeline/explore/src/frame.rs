@@ -114,10 +114,8 @@ fn ledger(result: &ModelResult) -> Vec<Value> {
     let row = |(key, _): &(String, _)| {
         let share = result.ledger.account(key)?;
         let text = shown::text(share, Unit::Fraction);
-        Some(
-            json!({"key": key, "label": key.replace('_', " "), "text": text, "share": share.value,
-                "error": share.standard_error}),
-        )
+        Some(json!({"key": key, "label": key.replace('_', " "), "text": text, "share": share.value,
+                "error": share.standard_error}))
     };
     seen.filter_map(row).collect()
 }

@@ -131,7 +131,7 @@ mod tests {
         let end = |generation: usize| json!({"kind": "generation", "generation": generation});
         let mut search = Search { number: 1, keys: vec!["a.b".to_owned()], ..Search::default() };
         let mut follow = |lines: &[Value]| {
-            let text: String = lines.iter().map(|line| format!("{line}\n")).collect();
+            let text = lines.iter().map(|line| format!("{line}\n")).collect::<Vec<_>>().concat();
             search.follow(&text);
             (search.to_json()["best"].clone(), search.best())
         };

@@ -479,13 +479,13 @@ fn dome(design: &Design) -> String {
             let smooth = mesh.smooth_deg.map(|angle| {
                 format!(", smooth where faces turn by up to {} degrees", shortest(angle))
             });
-            match &mesh.deviation {
-                Some(deviation) => format!("oval surface, traced as {deviation}"),
-                None => {
+            mesh.deviation.map_or_else(
+                || {
                     let triangles = count(mesh.triangles, "triangle");
                     format!("mesh of {triangles}{}", smooth.unwrap_or_default())
-                }
-            }
+                },
+                |deviation| format!("oval surface, traced as {deviation}"),
+            )
         }
         Dome::Meridian(curve) => format!("curve of {}", count(curve.pieces.len(), "piece")),
         Dome::Sphere(sphere) => {

@@ -61,7 +61,7 @@ pub(crate) fn resolve(
                 let expected = "no such table with dome.mesh, which is the whole surface";
                 return Err(at.value("elements", "given", expected));
             }
-            Dome::Mesh(mesh)
+            Dome::Mesh(Box::new(mesh))
         }
     };
     Ok(Some(dome))
@@ -84,7 +84,8 @@ fn of_two(
     let both = [&x, &y].map(|curve| format!("{:?}", curve.pieces));
     let made = between([&x, &y], (key, file), at)?;
     let mesh = dome_mesh::tessellated(made, sha256_hex(both.concat().as_bytes()));
-    Ok(Dome::Mesh(mesh.map_err(|error| folds(key, &error.to_string(), at))?))
+    let mesh = mesh.map_err(|error| folds(key, &error.to_string(), at))?;
+    Ok(Dome::Mesh(Box::new(mesh)))
 }
 
 /// The error of a surface between two meridians that is none of a solid.
@@ -154,8 +155,11 @@ pub fn rows_in_file(folder: &Path, name: &str) -> Option<Vec<Vec<f64>>> {
     Some(numbers(&text).ok()?.into_iter().map(|(_, numbers)| numbers).collect())
 }
 
+/// A row of a file with its line.
+type NumberedRow = (usize, Vec<f64>);
+
 /// Numbers of the rows in `text` with their lines; a line that is no row.
-fn numbers(text: &str) -> Result<Vec<(usize, Vec<f64>)>, (usize, String)> {
+fn numbers(text: &str) -> Result<Vec<NumberedRow>, (usize, String)> {
     let mut rows = Vec::new();
     for (line, number) in text.lines().zip(1..) {
         let line = line.split('#').next().unwrap_or_default().trim();

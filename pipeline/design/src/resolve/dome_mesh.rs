@@ -54,7 +54,7 @@ pub(crate) fn solid(made: &Tessellation) -> Result<Shape, MeshError> {
 }
 
 fn single(made: &Tessellation) -> Vec<[Vec3; 3]> {
-    made.normals.iter().map(|corners| corners.map(|normal| normal.as_vec3())).collect()
+    made.normals.iter().map(|corners| corners.map(DVec3::as_vec3)).collect()
 }
 
 /// The mesh with smooth normals, where they are asked for.

@@ -172,7 +172,7 @@ impl SolidTable<'_> {
                 return Err(at.value(&format!("{key}.coating"), "no layers", "at least one"));
             }
             ScatterLaw::Coated(CoatedFace { coating }) => {
-                SolidOptics::Coated(Stack::new(key, coating, self.folder, at)?)
+                SolidOptics::Coated(Box::new(Stack::new(key, coating, self.folder, at)?))
             }
         })
     }

@@ -18,7 +18,7 @@ pub enum Dome {
     /// A generating curve, which may carry relief as far as it is a function z(r).
     Meridian(Meridian),
     /// A closed mesh of triangles, also in the place of an oval surface.
-    Mesh(DomeMesh),
+    Mesh(Box<DomeMesh>),
 }
 
 impl Dome {
@@ -42,9 +42,8 @@ impl Dome {
 
     /// Largest |x| (`axis` 0) or |y| from the axis in a package turned by `turn_deg`, mm.
     pub fn half_mm(&self, axis: usize, turn_deg: f64) -> f64 {
-        let Self::Mesh(DomeMesh { shape: Shape::Mesh(mesh), .. }) = self else {
-            return self.radius_mm();
-        };
+        let Self::Mesh(dome) = self else { return self.radius_mm() };
+        let Shape::Mesh(mesh) = &dome.shape else { return dome.radius_mm };
         let along = DMat3::from_rotation_z(turn_deg.to_radians()).row(axis);
         let reach = |corner: &DVec3| along.dot(*corner).abs();
         mesh.solid().0.iter().map(reach).fold(0.0, f64::max)

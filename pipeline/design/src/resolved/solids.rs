@@ -128,7 +128,7 @@ pub(crate) enum SolidOptics {
     /// A polarising sheet or a filter.
     Polarising(PolarisingFace),
     /// Thin layers on a face.
-    Coated(Stack),
+    Coated(Box<Stack>),
     /// A diffuser by its haze.
     Hazy(StatedHaze),
     /// A reflector by a file.

@@ -198,7 +198,7 @@ fn dome_fields(dome: &Dome) -> Value {
         }),
         Dome::Meridian(meridian) => fields!(meridian => Meridian { pieces }),
         Dome::Mesh(mesh) => {
-            let mut fields = fields!(mesh => DomeMesh {
+            let mut fields = fields!(mesh.as_ref() => DomeMesh {
                 sha256, height_mm, radius_mm;
                 smooth_deg, file, triangles, deviation, shape
             });
@@ -425,21 +425,18 @@ mod tests {
                 "kind = \"specular\"\nreflectance = 1.0\nfilter = {{ reflectance = {rows} }}"
             );
             let law: toml::Table = toml::from_str(&law).expect("TOML");
-            match table {
-                "led.sides" => {
-                    let led = stated["led"].as_table_mut().expect("a table");
-                    led.insert("sides".to_owned(), law.into());
+            if table == "led.sides" {
+                let led = stated["led"].as_table_mut().expect("a table");
+                led.insert("sides".to_owned(), law.into());
+            } else {
+                let mut own = stated[table].as_table().expect("a table").clone();
+                for key in ["kind", "reflection"] {
+                    own.remove(key);
                 }
-                _ => {
-                    let mut own = stated[table].as_table().expect("a table").clone();
-                    for key in ["kind", "reflection"] {
-                        own.remove(key);
-                    }
-                    let kind = if table == "led" { "reflection" } else { "kind" };
-                    own.insert(kind.to_owned(), "specular".into());
-                    own.insert("filter".to_owned(), law["filter"].clone());
-                    stated.insert(table.to_owned(), own.into());
-                }
+                let kind = if table == "led" { "reflection" } else { "kind" };
+                own.insert(kind.to_owned(), "specular".into());
+                own.insert("filter".to_owned(), law["filter"].clone());
+                stated.insert(table.to_owned(), own.into());
             }
             let design = crate::parse("d2.toml", &stated.to_string(), Path::new(""));
             design.expect("valid").trace_fields(ReliefModel::Elements)
