@@ -534,7 +534,7 @@ for (const [width, colorScheme] of [[400, "light"], [800, "dark"], [1400, "light
   await shown.context.close();
 }
 {
-  const shown = await open({ viewport: { width: 1400, height: 700 } });
+  const shown = await open({ viewport: { width: 1400, height: 420 } });
   const first = await progress(shown.page);
   await isDone(shown.page);
   const paths = (words) => Number(words.match(/([\d,\u202f ]+) paths/)[1].replaceAll(/\D/g, ""));
