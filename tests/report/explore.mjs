@@ -263,6 +263,9 @@ const ofFile = smooth.replace(/meridian_mm = .*/, 'meridian_file = "lens.csv"');
 await page.locator("#text").fill(ofFile);
 await page.waitForFunction(() => state.curves.some((curve) => curve.file === "lens.csv"));
 claim(/of lens\.csv; what is dragged stands in the design/.test(await meridian.innerText()), "the curve of a file is drawn and says whose it is");
+// Where it is once all else has its place.
+await page.waitForFunction(() => isSettled());
+await page.waitForTimeout(500);
 await meridian.scrollIntoViewIfNeeded();
 const [rightOf, lowOf] = await atPoint(1);
 await page.mouse.move(rightOf, lowOf);
