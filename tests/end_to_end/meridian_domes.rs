@@ -206,7 +206,7 @@ fn surfaces_that_are_not_round_are_said_and_exported() {
     let oval = "[0, 1], [1.7, 0.053565375285274, 0, -1], [1.7, 0]]\n\
                 meridian_y_mm = [[0, 1], [1.3, 0.2, 0, -0.45625], [1.3, 0]";
     let solid = "[[solids]]\nname = \"top\"\nkind = \"height_map\"\nsize_mm = [2.0, 1.0]\n\
-                 map_file = \"map.csv\"\nscale_mm = 0.1\nbase_mm = 0.2\n\
+                 map_file = \"map.csv\"\nscale_mm = 0.03\nbase_mm = 0.2\n\
                  position_mm = [0.0, 0.0, 1.5]\nmedium = { index = 1.5 }\n";
     let text = format!("{}\n{solid}", with_curve(BARE, oval));
     std::fs::write(at.join("oval.toml"), &text).expect("written");
