@@ -110,7 +110,7 @@ def test_zones_of_files_and_arrays_are_those_of_the_binary(
     )
     np.testing.assert_array_equal(again.maps["panel"].values, dimmed.maps["panel"].values)
     assert again.raw["direct"] is None and [one["file"] for one in again.raw["inputs"]][-1] == "picture of the call.csv"
-    with pytest.raises(batwing.InputError, match="pattern.csv"):
+    with pytest.raises(batwing.InputError, match="pattern of the call"):
         simulate.zones(boxed(), DRIVES[:, :2])
 
 
