@@ -129,10 +129,11 @@ function editor({ path, label, unit, values }) {
   return {
     node,
     update(curve) {
-      origin.textContent = curve.file ? `of ${curve.file}; what is dragged stands in the design in its place, and the file stays` : "";
       const said = faults.get(path);
       fault.textContent = said ? `${said.message}; the design keeps the curve before` : "";
       if (dragged >= 0 || isTurning(path) || said) return;
+      // Not below a drag: the plane would move under the pointer.
+      origin.textContent = curve.file ? `of ${curve.file}; what is dragged stands in the design in its place, and the file stays` : "";
       const next = (curve.points || curve.values.map((value, i) => [i + 1, value])).map((point) => [...point]);
       held = next.map((point) => [...point]);
       // The axes stay where what is seen stays.
