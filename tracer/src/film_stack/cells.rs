@@ -25,7 +25,7 @@ pub enum StackSymmetry {
 /// Rows of sin² θ, an even number.
 const ROWS: u32 = 32;
 /// Columns of azimuth for a quarter of a turn, an even number. With eight, four times as many cells share
-/// the outcomes: luminance behind a panel had 1.3 times the error.
+/// the outcomes: luminance behind a panel had 1.2 times the error.
 const COLUMNS: u32 = 2;
 
 /// The cells of one side of a stack.
