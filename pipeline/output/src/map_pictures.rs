@@ -71,8 +71,9 @@ impl MapLine {
             along: d.map(|d| d / length),
             positions: Vec::new(),
         };
-        let half = [grid.columns, grid.rows].map(|n| 0.5 * (n - 1) as f64 * grid.bin_mm);
-        if let Some([from, to]) = line.within([0.0; 2], half) {
+        let size = [grid.columns, grid.rows].map(|n| (n - 1) as f64 * grid.bin_mm);
+        let map = LedOutline { centre: [0.0; 2], size, turn_deg: 0.0 };
+        if let Some([from, to]) = line.within(&map) {
             let count = ((to - from) / grid.bin_mm).floor() as usize;
             line.positions = (0..=count).map(|k| from + k as f64 * grid.bin_mm).collect();
         }
@@ -105,18 +106,22 @@ impl MapLine {
         (d[0] * self.along[1] - d[1] * self.along[0]).abs()
     }
 
-    /// Positions between which it lies in the rectangle of these half lengths.
-    fn within(&self, centre: [f64; 2], half: [f64; 2]) -> Option<[f64; 2]> {
+    /// Positions between which it lies in a rectangle.
+    fn within(&self, area: &LedOutline) -> Option<[f64; 2]> {
+        let (sin, cos) = area.turn_deg.to_radians().sin_cos();
+        let in_frame = |[x, y]: [f64; 2]| [x * cos + y * sin, y * cos - x * sin];
+        let from = in_frame([0, 1].map(|k| area.centre[k] - self.start[k]));
+        let along = in_frame(self.along);
         let mut span = [f64::NEG_INFINITY, f64::INFINITY];
         for k in 0..2 {
-            let from = centre[k] - self.start[k];
-            if self.along[k] == 0.0 {
-                if from.abs() >= half[k] {
+            let half = 0.5 * area.size[k];
+            if along[k] == 0.0 {
+                if from[k].abs() >= half {
                     return None;
                 }
                 continue;
             }
-            let ends = [-half[k], half[k]].map(|h| (from + h) / self.along[k]);
+            let ends = [-half, half].map(|h| (from[k] + h) / along[k]);
             span = [span[0].max(ends[0].min(ends[1])), span[1].min(ends[0].max(ends[1]))];
         }
         (span[0] < span[1]).then_some(span)
@@ -203,9 +208,8 @@ impl ModelFiles<'_> {
         colours: LineColours,
     ) -> Result<Picture> {
         let (marks, level) = self.marks_on(line, &curves[0]);
-        let leds = self.leds().into_iter();
-        let half = self.design.led.size_mm.map(|size| 0.5 * size);
-        let leds: Vec<[f64; 2]> = leds.filter_map(|at| line.within(at, half)).collect();
+        let leds: Vec<[f64; 2]> =
+            self.led_outlines().iter().filter_map(|led| line.within(led)).collect();
         let [x, y] = line.start.map(|mm| (mm * 1e3).round() / 1e3);
         let title = match line.name {
             "x" => format!("Cross-section along x at y = {y} mm"),
@@ -288,21 +292,16 @@ impl ModelFiles<'_> {
 
     /// LEDs as maps show them.
     pub(super) fn led_outlines(&self) -> Vec<LedOutline> {
-        let size = self.design.led.size_mm;
-        let turn_deg = |package| self.design.array.turn_deg(package);
-        let leds = self.leds().into_iter().enumerate();
-        leds.map(|(package, centre)| LedOutline { centre, size, turn_deg: turn_deg(package) })
-            .collect()
-    }
-
-    /// Centres of the LEDs.
-    fn leds(&self) -> Vec<[f64; 2]> {
         let axes = self.design.array.axes_mm().into_iter().enumerate();
-        let centre = |(package, axis): (usize, [f64; 2])| {
+        let outline = |(package, axis): (usize, [f64; 2])| {
             let offset = self.design.led_offset_mm(package);
-            [0, 1].map(|k| axis[k] + offset[k])
+            LedOutline {
+                centre: [0, 1].map(|k| axis[k] + offset[k]),
+                size: self.design.led.size_mm,
+                turn_deg: self.design.array.turn_deg(package),
+            }
         };
-        axes.map(centre).collect()
+        axes.map(outline).collect()
     }
 }
 
@@ -331,9 +330,16 @@ mod tests {
         let line = MapLine::through(GRID, [[0.0, 0.0], [1.0, 1.0]]);
         let [a, b] = line.ends();
         assert!(a[1] >= -2.25 - 1e-9 && b[1] <= 2.25 + 1e-9 && line.positions.len() > 10);
-        let [from, to] = line.within([1.0, 1.0], [0.5, 0.5]).expect("crossed");
+        let led = |centre, size, turn_deg| line.within(&LedOutline { centre, size, turn_deg });
         let root = 2.0f64.sqrt();
-        assert!((from - 0.5 * root).abs() < 1e-12 && (to - 1.5 * root).abs() < 1e-12);
-        assert_eq!(line.within([3.0, 0.0], [0.5, 0.5]), None);
+        let crossed = |span: Option<[f64; 2]>, half: f64| {
+            let [from, to] = span.expect("crossed");
+            (from - root + half).abs() < 1e-12 && (to - root - half).abs() < 1e-12
+        };
+        assert!(crossed(led([1.0, 1.0], [1.0, 1.0], 0.0), 0.5 * root));
+        assert_eq!(led([3.0, 0.0], [1.0, 1.0], 0.0), None);
+        // Turned into the line, and across it.
+        assert!(crossed(led([1.0, 1.0], [1.0, 0.2], 45.0), 0.5));
+        assert!(crossed(led([1.0, 1.0], [1.0, 0.2], -45.0), 0.1));
     }
 }
