@@ -10,7 +10,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 
 const BEGIN: &str = "<!-- keys:";
@@ -25,6 +25,7 @@ pub fn fill(page: &str, schema: &Value) -> Result<String> {
     let mut rest = page;
     while let Some(start) = rest.find(BEGIN) {
         let (before, place) = rest.split_at(start);
+        ensure!(!before.contains(END), "{END} without {BEGIN}");
         let (path, after) = place[BEGIN.len()..].split_once("-->").context("an open marker")?;
         let path = path.trim();
         let end = after.find(END).with_context(|| format!("{path}: expected {END}"))?;
@@ -33,6 +34,7 @@ pub fn fill(page: &str, schema: &Value) -> Result<String> {
         write!(filled, "{before}{marker} -->\n\n{table}\n{END}")?;
         rest = &after[end + END.len()..];
     }
+    ensure!(!rest.contains(END), "{END} without {BEGIN}");
     Ok(filled + rest)
 }
 

@@ -59,8 +59,8 @@ pub struct FigureEntry {
     pub interval: Option<[f64; 2]>,
     /// Of a value of 0 that is no more than not seen: the bound below which it lies, with 95 %
     /// confidence or more. Of a sum that no path reached, three times the power of one path; of a
-    /// figure that noise drives to 0, three standard errors. Accounts in which no path can end (media that do not absorb, downwards without a
-    /// housing) are 0 ± 0.
+    /// figure that noise drives to 0, three standard errors. Accounts in which no path can end (media
+    /// that do not absorb, downwards without a housing) are 0 ± 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub upper_bound: Option<f64>,
     /// Of a figure of the map: where its valley was read, (x, y) in mm.

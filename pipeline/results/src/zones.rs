@@ -26,7 +26,7 @@ pub const MAPS: [&str; 2] = ["backlight", "panel"];
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 pub struct ZonesFile {
-    /// Version of the layout.
+    /// Version of the layout, 1.
     pub schema_version: u32,
     /// Version of the program that wrote it.
     pub version: String,

@@ -332,7 +332,7 @@ impl FilmStack {
         let inside = planes.iter().filter(|(_, z, _)| *z > low && *z < high);
         let passage = |(receiver, z, sense): &(usize, f64, Sense)| {
             let gap = tops.iter().filter(|top| *top < z).count() - 1;
-            Passage { receiver: *receiver, gap, sense: *sense }
+            Passage { receiver: *receiver, gap, z_mm: z - low, sense: *sense }
         };
         Ok(FilmTable {
             scenes: designs.iter().map(|design| alone(design, low)).collect::<Result<_>>()?,

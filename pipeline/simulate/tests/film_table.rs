@@ -110,6 +110,11 @@ medium = { index = 1.5 }
 bottom = { kind = "haze", total_transmittance = 0.9, haze = 0.6, scattered_width_deg = 30.0 }
 "#;
 
+/// Films with free edges.
+fn small(films: &str) -> String {
+    films.replace("thickness_mm", "size_mm = [9.0, 9.0]\nthickness_mm")
+}
+
 /// Crossed prisms, the lower ones along this direction.
 fn prisms(z: &str, direction_deg: f64) -> String {
     let film = |name: &str, z: &str, direction_deg: f64| {
@@ -206,13 +211,19 @@ const BAND: std::ops::Range<f64> = 0.55..1.65;
 const MOST: f64 = 4.5;
 
 #[test]
-#[ignore = "slow: twelve stacks over 40 seeds, by table and film by film (300 s)"]
+#[ignore = "slow: fourteen stacks over 40 seeds, by table and film by film (300 s)"]
 fn tables_of_stacks_see_what_is_traced_film_by_film() {
     let prisms_on_top = |degrees: f64| prisms("", degrees);
     let white = "[[films]]\nname = \"white\"\nz_mm = 4.0\nthickness_mm = 1.0\nmedium = { index = 1.49 }\n\
                  top = { kind = \"lambertian\", transmitted = 0.85, reflected = 0.15 }\n";
     for (name, design, paths) in vec![
         ("plate between walls", parsed("lambertian", &[LINE, PLATE]), 12_800),
+        ("plate between black walls", parsed("absorbing", &[LINE, PLATE]), 12_800),
+        (
+            "films with free edges",
+            parsed("lambertian", &[LINE, &small(PLATE), &small(LAMINATE)]),
+            12_800,
+        ),
         (
             "conversion in a laminate between walls",
             parsed("lambertian", &[BLUE, PLATE, LAMINATE, DOTS]),

@@ -77,7 +77,7 @@ pub(super) struct Traveller {
 }
 
 impl Traveller {
-    /// Reckons with a place to which the light has come.
+    /// Records how far from where it met the stack the light has been.
     fn reach(&mut self, at: DVec3) {
         self.reach2 = self.reach2.max(at.truncate().length_squared());
     }
@@ -180,9 +180,8 @@ pub(super) struct LayerWalk<'s, 't, 'a> {
 }
 
 impl LayerWalk<'_, '_, '_> {
-    /// Follows a ray of weight 1 that meets an outer face at x = y = 0 until it leaves, ends or comes to what
-    /// ends the films. A ray that `enters` is not reflected where it comes from
-    /// outside to a smooth face.
+    /// Follows a ray of weight 1 that meets an outer face at x = y = 0 until it leaves, is absorbed or
+    /// comes to an end of the films. A ray that `enters` is not reflected at a smooth outer face.
     pub fn follow<L: Light>(
         &mut self,
         (direction, enters): (DVec3, bool),

@@ -8,7 +8,8 @@
 //! light leaves, its direction, weight, wavelength and polarisation, how far from where it came, and
 //! all that was booked on the way. For a ray that meets the stack all outcomes of its cell stand
 //! together, each with its part of the weight, whatever the number of surfaces that they have met; a
-//! weak ray takes one. Energy is exact: weights and bookings are those of paths.
+//! weak ray takes one. Near an end only outcomes that have stayed nearer stand together; one that has
+//! been farther is drawn again up to the end, and traced film by film from there. Energy is exact: weights and bookings are those of paths.
 //!
 //! The direction with which an outcome began is drawn evenly from its cell. Light that fills a cell
 //! evenly is treated exactly; the error for other light is of second order in the width of the
@@ -38,8 +39,8 @@ use crate::source::Emission;
 /// What ends a stack of films along an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum StackBorder {
-    /// The films end here; light that meets them nearer to the end than it may travel in them is
-    /// traced film by film.
+    /// The films end here; light that comes to the end on its way through them goes on film by film
+    /// from there.
     Edge,
     /// A wall that mirrors all light, and of which the stack is its own mirror image.
     Mirror,
@@ -48,12 +49,14 @@ pub enum StackBorder {
 }
 
 /// Light that passes a gap between films in one way.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passage {
     /// Number of the receiver of the run that reads it.
     pub receiver: usize,
     /// Number of the gap, the lowest 0.
     pub gap: usize,
+    /// Height of its plane over the lowest face of the films, mm.
+    pub z_mm: f64,
     /// The way.
     pub sense: Sense,
 }
@@ -71,7 +74,7 @@ pub struct FilmTable {
     pub symmetry: StackSymmetry,
     /// Half the lengths of the films along x and y, mm.
     pub half_mm: [f64; 2],
-    /// What ends them there.
+    /// What ends them there; edges on both axes or on none.
     pub borders: [StackBorder; 2],
     /// Sine squared of the half angle of a cone about z that receivers above look into, 0 without one:
     /// light into it is followed as a share of its own.

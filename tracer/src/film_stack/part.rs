@@ -305,16 +305,9 @@ impl Part {
     ) -> Option<(usize, FilmOutcome)> {
         let cell = self.cell(cell);
         let (_, beyond) = parted(&cell.bands, room_mm);
-        let far = count(beyond);
-        (far > 0).then_some(())?;
-        let mut turn = (random::unit(rng) * f64::from(cell.taken)) as usize;
-        (turn < far).then_some(())?;
-        let band = beyond.iter().find(|band| {
-            let is_of_band = turn < band.members.len();
-            turn -= if is_of_band { 0 } else { band.members.len() };
-            is_of_band
-        })?;
-        let number = band.members[turn] as usize;
+        (!beyond.is_empty()).then_some(())?;
+        let turn = (random::unit(rng) * f64::from(cell.taken)) as usize;
+        let number = *beyond.iter().flat_map(|band| &band.members).nth(turn)? as usize;
         Some((number, cell.outcomes[number]))
     }
 

@@ -77,24 +77,22 @@ impl<'a> BoundStack<'a> {
             of_run.map_or(PathHistory::NO_LINE, |line| line as u32)
         });
         let accounts = Ledger::new(own).powers().count() + 2 * layers[0].gaps();
-        let within = [0, 1].map(|axis| match table.borders[axis] {
-            StackBorder::Edge => table.half_mm[axis] - TO_END_MM,
-            StackBorder::Mirror | StackBorder::Periodic => table.half_mm[axis],
-        });
-        let ends = [0, 1].map(|axis| match table.borders[axis] {
-            StackBorder::Edge => within[axis],
-            StackBorder::Mirror | StackBorder::Periodic => f64::INFINITY,
-        });
-        let surfaces = table.scenes[0].bodies[0].surfaces.len();
+        let has_ends = table.borders.contains(&StackBorder::Edge);
+        let what = "number of axes along which tabulated films end";
+        let edges = table.borders.iter().filter(|border| **border == StackBorder::Edge).count();
+        check(what, edges as f64, "both or none", edges != 1)?;
+        let within = table.half_mm.map(|half| if has_ends { half - TO_END_MM } else { half });
+        let half_mm = if has_ends { within.into() } else { DVec2::INFINITY };
+        let counts = [layers[0].gaps() + 1, table.scenes[0].bodies[0].surfaces.len()];
         let faces =
-            scenes.iter().map(|scene| FilmFaces::new(scene, table.ends_mm(), surfaces, within));
+            scenes.iter().map(|scene| FilmFaces::new(scene, table.ends_mm(), counts, within));
         Ok(Self {
             films,
             cells: Cells::new(table.symmetry),
             tracers,
             layers,
             faces: faces.collect::<Result<_, _>>()?,
-            half_mm: ends.into(),
+            half_mm,
             accounts,
             lines: lines.collect(),
             seed: settings.seed ^ SALT,
@@ -136,7 +134,7 @@ impl<'w, 'a> StackWalker<'w, 'a> {
     pub fn new(stack: &'w BoundStack<'a>, group: u64) -> Self {
         let slots = stack.slots();
         let accounts = (stack.accounts * stack.tracers.len()) as u32;
-        let shape = (slots, stack.half_mm.is_finite_mask().any());
+        let shape = (slots, stack.half_mm.is_finite());
         let parts = stack.films.parts;
         let kept = parts.and_then(|parts| Part::from_bytes(&parts.find(group)?, shape, accounts));
         Self {
@@ -357,7 +355,7 @@ impl<'w, 'a> StackWalker<'w, 'a> {
             ledger.powers().zip(powers).for_each(|(power, sum)| *power = *sum);
             let totals = &mut tally.totals;
             totals.ledger.add_by_name(&ledger);
-            for Passage { receiver, gap, sense } in &table.passages {
+            for Passage { receiver, gap, sense, .. } in &table.passages {
                 let way = usize::from(*sense == Sense::Minus);
                 totals.readings[*receiver][0] += passed[2 * gap + way];
             }
@@ -400,6 +398,10 @@ impl BoundStack<'_> {
         let ([low, high], film) = self.layers[wavelength].space(ended.space);
         let mut at = path.ray.origin + turn.apply(ended.at);
         // Off the faces, which scenes draw in.
+        // In a gap light goes on below its plane: what falls was counted, what rises will be.
+        let planes = self.films.table.passages.iter().map(|passage| passage.z_mm);
+        let high =
+            planes.filter(|z| film.is_none() && (low..high).contains(z)).fold(high, f64::min);
         let off = self.offset.max(TO_END_MM).min(0.25 * (high - low));
         at.z = self.films.table.low_mm + ended.at.z.clamp(low + off, high - off);
         path.ray = Ray { origin: at, direction: turn.apply(ended.direction).normalize() };
@@ -411,7 +413,7 @@ impl BoundStack<'_> {
         path.history.at = [at.x, at.y];
     }
 
-    /// Reckons with surfaces of the films that a path has met, the last one of this line.
+    /// Adds surfaces of the films to the history of a path; the last one is of this line.
     fn meet(&self, path: &mut PathState, (bounces, line): (u32, u32)) {
         path.history.bounces = path.history.bounces.saturating_add(bounces);
         path.history.line = self.lines.get(line as usize).copied().unwrap_or(line);
@@ -433,7 +435,8 @@ impl BoundStack<'_> {
                 at[axis] = (at[axis] + half).rem_euclid(2.0 * half) - half;
                 continue;
             }
-            // Over two lengths mirror images repeat; at an edge it folds the rare light that goes beyond.
+            // Over two lengths mirror images repeat; at an edge it folds
+            // straight light, which the ray's own sine has carried beyond.
             let far = (at[axis] + half).rem_euclid(4.0 * half);
             at[axis] = if far > 2.0 * half { 3.0 * half - far } else { far - half };
             if far > 2.0 * half {

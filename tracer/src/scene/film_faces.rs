@@ -2,7 +2,7 @@
 //! The outer faces of a film stack in a scene, where light takes an outcome of the table of the stack.
 
 use super::{CompiledSurface, Location, Scene};
-use crate::error::Error;
+use crate::error::{Error, check};
 use crate::ray::Ray;
 use crate::surface::Region;
 
@@ -10,6 +10,11 @@ use crate::surface::Region;
 /// size of films: scenes draw their faces in.
 const LEVEL_MM: f64 = 1e-5;
 const LEVEL: f64 = 1e-8;
+
+/// Tolerance of the heights of a film, mm.
+fn slack_mm(film: &CompiledSurface) -> f64 {
+    LEVEL_MM + LEVEL * film.shape.bounds().farthest()
+}
 
 /// The outer faces of the stack in one scene, and where light that meets them takes an outcome.
 pub(crate) struct FilmFaces {
@@ -24,23 +29,21 @@ pub(crate) struct FilmFaces {
 }
 
 impl FilmFaces {
-    /// Those of films between two heights, mm, which make so many surfaces with their contacts.
+    /// Those of so many films between two heights, mm, which with their contacts make so many surfaces.
     ///
     /// # Errors
     /// Films that the scene does not have.
     pub fn new(
         scene: &Scene,
         [low, high]: [f64; 2],
-        count: usize,
+        [count, with_contacts]: [usize; 2],
         within: [f64; 2],
     ) -> Result<Self, Error> {
         let surfaces = scene.array_solids().map_or(&[][..], |body| &body.surfaces);
         let at = |z: f64, end: fn(&CompiledSurface) -> f64| {
             let off = |one: &&CompiledSurface| (end(one) - z).abs();
             let nearest = surfaces.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
-            let near = |one: &&CompiledSurface| {
-                off(one) < LEVEL_MM + LEVEL * one.shape.bounds().farthest()
-            };
+            let near = |one: &&CompiledSurface| off(one) < slack_mm(one);
             nearest.filter(near).map(end).ok_or(Error::Number {
                 what: "height of a face of tabulated films, mm".to_owned(),
                 expected: "that of a film of the scene",
@@ -51,7 +54,7 @@ impl FilmFaces {
             .iter()
             .filter(|one| {
                 let bounds = one.shape.bounds();
-                bounds.low.z > low - LEVEL_MM && bounds.high.z < high + LEVEL_MM
+                bounds.low.z > low - slack_mm(one) && bounds.high.z < high + slack_mm(one)
             })
             .filter(|one| one.regions[1] == Region::World)
             .collect();
@@ -60,7 +63,9 @@ impl FilmFaces {
             (Region::Body(medium), Some(instance)) => Location::Inside { instance, medium },
             _ => Location::World,
         };
-        let are_all = surfaces.len() == count;
+        let what = "number of tabulated films";
+        check(what, films.len() as f64, "that of the scene", films.len() == count)?;
+        let are_all = surfaces.len() == with_contacts;
         Ok(Self {
             films: scene.array_solids.filter(|_| are_all),
             low: at(low, |one| one.shape.bounds().low.z)?,
@@ -89,7 +94,7 @@ impl FilmFaces {
 
     /// The region of a film, the lowest 0.
     pub fn inside(&self, film: u8) -> Location {
-        self.regions.get(usize::from(film)).copied().unwrap_or(Location::World)
+        self.regions[usize::from(film)]
     }
 
     /// The instance of the films, which needs no test before that distance.

@@ -21,7 +21,7 @@ use super::variables::Variables;
 use crate::checked_file::{CheckedFile, Texts, is_file_name};
 
 /// Version of the search; raise it whenever the same problem would be searched otherwise.
-const SEARCH_VERSION: u32 = 5;
+const SEARCH_VERSION: u32 = 6;
 /// Paths of the first traces of a stage.
 const FIRST_PATHS: u64 = 65_536;
 /// Most paths of the traces of a stage.
