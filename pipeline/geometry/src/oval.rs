@@ -126,7 +126,8 @@ impl Display for Way {
 
 /// The rows of cells of two curves.
 fn rows([x, y]: [Vec<Stretch>; 2], slack: f64) -> Result<Vec<Row>, OutlineError> {
-    let ways = |all: &[Stretch]| all.iter().map(|s| Way::of(&s.pieces[0].1, slack)).collect::<Vec<_>>();
+    let ways =
+        |all: &[Stretch]| all.iter().map(|s| Way::of(&s.pieces[0].1, slack)).collect::<Vec<_>>();
     let [ways_x, ways_y] = [ways(&x), ways(&y)];
     if ways_x != ways_y {
         let other = ways_y.iter().zip(&ways_x).take_while(|(a, b)| a == b).count();

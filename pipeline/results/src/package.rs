@@ -89,7 +89,8 @@ impl PackageDrawing {
 
     /// Turn of the package `at` mm from the axis of this one, degrees.
     pub fn turn_deg(&self, at: [f64; 2]) -> f64 {
-        let is_there = |axis: &[f64; 2]| (0..2).all(|k| (axis[k] - self.at_mm[k] - at[k]).abs() < 1e-9);
+        let is_there =
+            |axis: &[f64; 2]| (0..2).all(|k| (axis[k] - self.at_mm[k] - at[k]).abs() < 1e-9);
         let package = self.axes_mm.iter().position(is_there);
         package.and_then(|package| self.turns_deg.get(package)).copied().unwrap_or_default()
     }

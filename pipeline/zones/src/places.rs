@@ -96,8 +96,16 @@ impl Places {
         let first_mm =
             [0, 1].map(|k| first_mm[k] - 0.5 * (whole[k] - traced[k]) as f64 * pitch_mm[k]);
         let area = |k: usize| [first_mm[k] - 0.5 * pitch_mm[k], whole[k] as f64 * pitch_mm[k]];
-        let (area_mm, off_lattice_mm, packages_by_zone) = ([area(0), area(1)], Vec::new(), Vec::new());
-        Ok(Self { traced, whole, pitch_mm, first_mm, area_mm, off_lattice_mm, packages_by_zone, numbers })
+        Ok(Self {
+            traced,
+            whole,
+            pitch_mm,
+            first_mm,
+            area_mm: [area(0), area(1)],
+            off_lattice_mm: Vec::new(),
+            packages_by_zone: Vec::new(),
+            numbers,
+        })
     }
 
     /// Places in staggered rows, or in no rows.
