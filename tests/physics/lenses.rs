@@ -41,12 +41,16 @@ fn seen(design: &Design) -> Observation {
     observe(design, &surface, PATHS, "", env).expect("a trace")
 }
 
-/// The solid of these keys, 20 mm above the bare dome, in its own coordinates.
-fn lens(keys: &str, folder: &Path) -> Shape {
-    let solid = format!(
+/// The bare dome with the solid of these keys 20 mm above it.
+fn with_lens(keys: &str) -> String {
+    format!(
         "{DOMED}\n[[solids]]\nname = \"lens\"\nposition_mm = [0.0, 0.0, 20.0]\nmedium = {{ index = {INDEX} }}\n{keys}\n"
-    );
-    let mut form = parse(&solid, folder).solids[0].form.clone();
+    )
+}
+
+/// That solid in its own coordinates.
+fn lens(keys: &str, folder: &Path) -> Shape {
+    let mut form = parse(&with_lens(keys), folder).solids[0].form.clone();
     assert!(form.deviation.is_some() == form.meridian.is_none());
     form.placement.origin = DVec3::ZERO;
     form.shape(0.0).expect("a shape")
@@ -246,7 +250,7 @@ fn rays_in_the_plane_of_a_meridian_stay_there_and_see_it() {
     }
 }
 
-/// Square of the distance at height z from the axis of the dome, along x and along y.
+/// Distances from the axis of the dome at height z, along x and along y.
 fn radii(z: f64) -> [f64; 2] {
     let foot = z.max(4f64.sqrt() * 0.526_782_687_642_637 - 1.0);
     [(4.0 - (foot + 1.0) * (foot + 1.0)).sqrt(), (2.25 - (foot + 0.5) * (foot + 0.5)).sqrt()]
@@ -325,7 +329,11 @@ fn equal_meridians_are_the_round_solid() {
     assert_ne!(round.powers, other.powers);
     let rows = "meridian_mm = [[0.0, 1.0], [1.0, 0.0], [0.0, 0.0]]";
     let both = format!("kind = \"meridian\"\n{rows}\n{}", rows.replace("_mm", "_y_mm"));
-    let Shape::Placed(_) = lens(&both, Path::new("")) else { panic!("a placed solid") };
+    let unequal = both.replace("y_mm = [[0.0, 1.0], [1.0", "y_mm = [[0.0, 1.0], [0.9");
+    for (keys, is_round) in [(&both, true), (&unequal, false)] {
+        let design = parse(&with_lens(keys), Path::new(""));
+        assert_eq!(design.solids[0].form.meridian.is_some(), is_round, "{keys}");
+    }
 }
 
 /// A part of a ball as a height map bends upright light as the sphere does.

@@ -179,7 +179,7 @@ fn faces_of_a_chip_emit_by_their_laws() {
         ledger.accounts.iter().find(|(name, _)| name == "escaped_up").expect("an account").1.value
     };
     assert!(up("[0, 0, 1, 1]") > 0.999 && up("[1, 1, 0, 0]") < 1e-3);
-    // Sides and top have laws of their own; of sides half goes up, with all but little of the top's.
+    // Sides shine level and add nothing to the cone about the normal of the top.
     let both =
         shares("[0.6, 0.1, 0.1, 0.1, 0.1]", "top = { exponent = 3.0 }\nsides = { exponent = 1e5 }");
     close("top beside sides", both[0], 0.6 * within(4));

@@ -52,18 +52,18 @@ impl<'a> Context<'a> {
         ConfigError::Files { file: self.file.to_owned(), message: format!("{error:#}") }
     }
 
-    /// Refuses a list of so many `rows` that are not one for each of `packages` packages, or none.
+    /// Refuses a list of so many `entries` that are not one for each of `packages` packages, or none.
     pub(super) fn one_for_each(
         &self,
         key: &str,
-        rows: usize,
+        entries: usize,
         packages: usize,
     ) -> Result<(), ConfigError> {
-        if rows == 0 || rows == packages {
+        if entries == 0 || entries == packages {
             return Ok(());
         }
         let expected = format!("an entry for each of the {packages} packages, or none");
-        Err(self.value(key, format!("{rows} rows"), &expected))
+        Err(self.value(key, format!("{entries} entries"), &expected))
     }
 
     /// A length in mm.

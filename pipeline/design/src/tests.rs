@@ -237,6 +237,36 @@ fn packages_must_fit() {
     );
 }
 
+/// Ellipses are clear where circles are in stretched coordinates, whichever their long axis is.
+#[test]
+fn oval_domes_in_staggered_rows_stand_as_near_as_they_are_clear() {
+    let bare = include_str!("../../../data/designs/bare-dome.toml");
+    let (_, rest) = bare.split_once("[silicone]").expect("a table");
+    let said = |[x, y]: [f64; 2], pitch: &str, rows: usize| {
+        let dome = format!(
+            "name = \"oval\"\n[dome]\nmeridian_mm = [[0, 1], [{x:?}, 0.5], [{x:?}, 0]]\n\
+             meridian_y_mm = [[0, 1], [{y:?}, 0.5], [{y:?}, 0]]\n[silicone]"
+        );
+        let array = format!("rows = {rows}\narrangement = \"hexagonal\"\npitch_mm = {pitch}");
+        let text = format!("{dome}{rest}").replacen("rows = 2\npitch_mm = 8.3", &array, 1);
+        parse("oval.toml", &text, Path::new("")).map_or_else(|e| e.to_string(), |_| String::new())
+    };
+    for (radii, pitch, rows, words) in [
+        ([1.0, 2.0], "[3.8, 1.5]", 2, ""),
+        ([1.0, 2.0], "[3.8, 1.5]", 3, "packages of all rows: 2 mm"),
+        ([2.0, 1.0], "[4.0, 1.0]", 2, "packages of all rows: 1.732051 mm"),
+        ([2.0, 1.0], "[4.0, 1.732051]", 2, ""),
+        // Of one pitch: at half of it along x and 0.866 of it along y.
+        ([1.0, 2.0], "3.1", 2, ""),
+        ([1.0, 2.0], "3.0", 2, "packages of all rows: 3.023716 mm"),
+        ([2.0, 2.0], "4.0", 2, ""),
+    ] {
+        let found = said(radii, pitch, rows);
+        assert_eq!(found.is_empty(), words.is_empty(), "{radii:?} {pitch} {found}");
+        assert!(found.contains(words), "{found}");
+    }
+}
+
 /// Walls and neighbours of an oval dome stand by its reach along each axis, in turned packages too.
 #[test]
 fn an_oval_dome_reaches_less_far_along_its_short_axis() {

@@ -13,6 +13,7 @@
 //! has a continuous normal wherever both have a continuous tangent.
 
 use std::f64::consts::FRAC_PI_2;
+use std::fmt::{self, Display, Formatter};
 
 use glam::DVec3;
 
@@ -61,14 +62,14 @@ pub fn oval(x: &Meridian, y: &Meridian) -> Result<Tessellation, OutlineError> {
             return Err(OutlineError { row, got: format!("z = {of_y}"), expected });
         }
     }
-    let rows = rows([x, y].map(|curve| stretches(curve, slack)), slack)?;
+    let rows = rows([x, y].map(|curve| stretches(curve, width_mm)), slack)?;
     let at = |[i, j]: [usize; 2], share: [f64; 2]| rows[i].at(j, share);
     let cells = Cells { counts: [rows.len(), 4], is_round: true, width_mm, at: &at };
     cells.tessellated().map_err(|[got, expected]| OutlineError { row: 0, got, expected })
 }
 
 /// The stretches of a curve, which a dome ends with its bottom.
-fn stretches(curve: &Meridian, slack: f64) -> Vec<Stretch> {
+fn stretches(curve: &Meridian, width_mm: f64) -> Vec<Stretch> {
     let end = curve.end_mm();
     let bottom = (end[0] > 0.0).then(|| Piece::line(end, [0.0, end[1]], Role::Stated));
     let pieces = curve.pieces.iter().copied().chain(bottom);
@@ -77,13 +78,13 @@ fn stretches(curve: &Meridian, slack: f64) -> Vec<Stretch> {
         .flat_map(|(row, piece): (usize, Piece)| {
             // The bottom of a dome has no row.
             let row = row.min(curve.pieces.len() + 1);
-            piece.between_heights(slack / SAME * NEAR).into_iter().map(move |part| (row, part))
+            piece.between_heights(NEAR * width_mm).into_iter().map(move |part| (row, part))
         })
         .collect();
-    let way = |piece: &Piece| way(piece, slack);
+    let way = |piece: &Piece| Way::of(piece, SAME * width_mm);
     let runs = parts.chunk_by(|a, b| way(&a.1) == way(&b.1));
     let stretch = |pieces: &[(usize, Piece)]| {
-        let axis = usize::from(!way(&pieces[0].1).starts_with("level"));
+        let axis = usize::from(matches!(way(&pieces[0].1), Way::Rising | Way::Falling));
         let (from, to) = (pieces[0].1.start[axis], pieces[pieces.len() - 1].1.end[axis]);
         let ends = pieces.iter().map(|(_, piece)| (piece.end[axis] - from) / (to - from));
         let knots = std::iter::once(0.0).chain(ends).collect();
@@ -92,23 +93,47 @@ fn stretches(curve: &Meridian, slack: f64) -> Vec<Stretch> {
     runs.map(stretch).collect()
 }
 
-fn way(piece: &Piece, slack: f64) -> &'static str {
-    match piece.end[1] - piece.start[1] {
-        up if up > slack => "rising",
-        up if up < -slack => "falling",
-        _ if piece.end[0] > piece.start[0] => "level outwards",
-        _ => "level inwards",
+/// The way of a stretch.
+#[derive(Clone, Copy, PartialEq)]
+enum Way {
+    Rising,
+    Falling,
+    LevelOutwards,
+    LevelInwards,
+}
+
+impl Way {
+    fn of(piece: &Piece, slack: f64) -> Self {
+        match piece.end[1] - piece.start[1] {
+            up if up > slack => Self::Rising,
+            up if up < -slack => Self::Falling,
+            _ if piece.end[0] > piece.start[0] => Self::LevelOutwards,
+            _ => Self::LevelInwards,
+        }
+    }
+}
+
+impl Display for Way {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Rising => "rising",
+            Self::Falling => "falling",
+            Self::LevelOutwards => "level outwards",
+            Self::LevelInwards => "level inwards",
+        })
     }
 }
 
 /// The rows of cells of two curves.
 fn rows([x, y]: [Vec<Stretch>; 2], slack: f64) -> Result<Vec<Row>, OutlineError> {
-    let ways = |all: &[Stretch]| all.iter().map(|s| way(&s.pieces[0].1, slack)).collect::<Vec<_>>();
+    let ways =
+        |all: &[Stretch]| all.iter().map(|s| Way::of(&s.pieces[0].1, slack)).collect::<Vec<_>>();
     let [ways_x, ways_y] = [ways(&x), ways(&y)];
     if ways_x != ways_y {
         let other = ways_y.iter().zip(&ways_x).take_while(|(a, b)| a == b).count();
         let row = y.get(other).or(y.last()).map_or(1, |stretch| stretch.pieces[0].0);
-        let [got, expected] = [ways_y, ways_x].map(|ways| ways.join(", "));
+        let [got, expected] = [ways_y, ways_x]
+            .map(|ways| ways.iter().map(Way::to_string).collect::<Vec<_>>().join(", "));
         let expected = format!("stretches as of the meridian along x: {expected}");
         return Err(OutlineError { row, got, expected });
     }
@@ -214,11 +239,11 @@ mod tests {
         curve(&[&[0.0, radius], &[radius, 0.0, 0.0, 0.0], &[0.0, -radius, 0.0, 0.0]])
     }
 
-    /// Two spheres of the same heights are none; a sphere by two halves is, within what is stated.
+    /// The sphere by two equal meridians is as far off its triangles as is stated.
     #[test]
     fn triangles_are_as_far_off_as_is_stated() {
-        let (two, one) = (ball(2.0), ball(2.0));
-        let made = oval(&two, &one).expect("an oval");
+        let ball = ball(2.0);
+        let made = oval(&ball, &ball).expect("an oval");
         let (mut most, mut turn, mut volume) = (0.0_f64, 0.0_f64, 0.0);
         for ([a, b, c], normals) in made.triangles.iter().zip(&made.normals) {
             volume += a.dot(b.cross(*c)) / 6.0;

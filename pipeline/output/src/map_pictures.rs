@@ -193,7 +193,7 @@ impl ModelFiles<'_> {
             |extremes: Extremes| MapLine::of_valley(grid, &segments, extremes.valley_mm);
         self.extremes()
             .and_then(of_valley)
-            .unwrap_or_else(|| MapLine::row(grid, self.design.array.axes_mm()[0][1]))
+            .unwrap_or_else(|| MapLine::row(grid, self.design.array.places_mm()[0][1]))
     }
 
     pub(super) fn section(&self, line: &MapLine) -> Result<Curve> {

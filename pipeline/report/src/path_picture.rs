@@ -206,8 +206,10 @@ impl Section<'_> {
         let half = self.panel.x.scale.ends[1];
         // The package, and those beside it that the plane cuts as it does this one.
         let beside = drawing.neighbours(half + drawing.radius_mm);
+        let own_turn = drawing.turn_deg([0.0; 2]);
         let places: Vec<f64> = beside
             .filter(|[_, y]| y.abs() < 1e-6 * drawing.radius_mm)
+            .filter(|at| (drawing.turn_deg(*at) - own_turn).abs() < 1e-9)
             .map(|[x, _]| x)
             .chain([0.0])
             .collect();

@@ -36,14 +36,15 @@ pub struct PackageDrawing {
     /// Refractive index of the dome; none of a bare package.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dome_index: Option<f64>,
-    /// Right half of its generating curve by rings, (r, z) in mm; empty for a mesh.
+    /// Right half of its generating curve by rings, (r, z) in mm; empty for a mesh or an oval
+    /// dome.
     pub rings: Vec<RingOutline>,
     /// Largest distance of the package from its axis, mm.
     pub radius_mm: f64,
     /// Width, depth and height of the LED's box, mm.
     pub led_mm: [f64; 3],
-    /// Corners of a box that stands off the axis or is tilted, mm; the bits of their numbers say
-    /// low or high along its x, y and z. Empty for a box level about the axis.
+    /// Corners of a box that stands off the axis, is tilted or turns with its package, mm; the bits
+    /// of their numbers say low or high along its x, y and z. Empty for other boxes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub led_corners_mm: Vec<[f64; 3]>,
     /// From the axes of all packages to the centres of the feet of their boxes, mm; empty where
@@ -84,6 +85,14 @@ impl PackageDrawing {
     pub fn neighbours(&self, reach_mm: f64) -> impl Iterator<Item = [f64; 2]> {
         let from_own = self.axes_mm.iter().map(|at| [0, 1].map(|k| at[k] - self.at_mm[k]));
         from_own.filter(move |[x, y]| (1e-9..=reach_mm).contains(&x.hypot(*y)))
+    }
+
+    /// Turn of the package `at` mm from the axis of this one, degrees.
+    pub fn turn_deg(&self, at: [f64; 2]) -> f64 {
+        let is_there =
+            |axis: &[f64; 2]| (0..2).all(|k| (axis[k] - self.at_mm[k] - at[k]).abs() < 1e-9);
+        let package = self.axes_mm.iter().position(is_there);
+        package.and_then(|package| self.turns_deg.get(package)).copied().unwrap_or_default()
     }
 
     /// Corners of the LED's box, mm, numbered as [`Self::led_corners_mm`].

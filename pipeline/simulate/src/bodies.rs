@@ -33,16 +33,22 @@ const MIRROR: &str = "mirror";
 pub fn whole(design: &Design) -> Result<Vec<Body>> {
     let axes = design.array.axes_mm().into_iter();
     let axes: Vec<DVec3> = axes.map(|[x, y]| DVec3::new(x, y, 0.0)).collect();
-    let mut turns: BTreeMap<u64, Vec<DVec3>> = BTreeMap::new();
+    // One for each turn of a package, in the order in which they appear.
+    let mut turns: Vec<(f64, Vec<DVec3>)> = Vec::new();
+    let mut known: BTreeMap<u64, usize> = BTreeMap::new();
     for (package, axis) in axes.iter().enumerate() {
-        turns.entry(design.array.turn_deg(package).to_bits()).or_default().push(*axis);
+        let turn_deg = design.array.turn_deg(package);
+        let number = *known.entry(turn_deg.to_bits()).or_insert(turns.len());
+        if number == turns.len() {
+            turns.push((turn_deg, Vec::new()));
+        }
+        turns[number].1.push(*axis);
     }
-    // One for each turn of a package.
     let copied = |body: Body| -> Vec<Body> {
         let copies = turns.iter().zip(1..).map(|((turn_deg, axes), number)| {
             let name =
                 if turns.len() > 1 { format!("{} {number}", body.name) } else { body.name.clone() };
-            Body { name, ..turned(&body, f64::from_bits(*turn_deg), axes) }
+            Body { name, ..turned(&body, *turn_deg, axes) }
         });
         copies.collect()
     };

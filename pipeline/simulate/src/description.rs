@@ -473,7 +473,13 @@ fn dome(design: &Design) -> String {
     let Some(dome) = &design.dome else {
         return "none".to_owned();
     };
-    let [height, width] = [dome.height_mm(), 2.0 * dome.radius_mm()].map(shortest);
+    let height = shortest(dome.height_mm());
+    let width = match dome {
+        Dome::Mesh(mesh) if mesh.deviation.is_some() => {
+            [0, 1].map(|axis| shortest(2.0 * dome.reach_mm(axis, 0.0))).join(" x ")
+        }
+        _ => shortest(2.0 * dome.radius_mm()),
+    };
     let form = match dome {
         Dome::Mesh(mesh) => {
             let smooth = mesh.smooth_deg.map(|angle| {

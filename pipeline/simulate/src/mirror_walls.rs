@@ -13,7 +13,7 @@ use tracer::{Emission, Emitter, Ray, Shape, Source};
 use design::Design;
 use design::resolved::array::PackagePositions;
 use design::resolved::dome::Dome;
-use design::resolved::files::symmetry_of;
+use design::resolved::files::is_own_image;
 use design::resolved::reflector::Reflector;
 use design::resolved::solids::CheckedSolid;
 use design::schema::solids::Per;
@@ -92,12 +92,12 @@ fn changed(design: &Design) -> Vec<String> {
         say(key, "rows that are not their own image");
     }
     if design.array.is_turned() {
-        let of_file = design.array.turns_deg.is_empty();
-        let key = if of_file { "array.positions_file" } else { "array.turns_deg" };
+        let is_own = design.array.has_own_turns();
+        let key = if is_own { "array.turns_deg" } else { "array.positions_file" };
         say(key, "packages whose image turns the other way");
     }
     if let Some(drives) = &design.array.drives {
-        let axes = design.array.axes_mm();
+        let axes = design.array.places_mm();
         let power_at = |at: [f64; 2]| {
             let place = axes.iter().position(|axis| (0..2).all(|k| (axis[k] - at[k]).abs() < SAME));
             place.map(|place| drives[place])
@@ -184,11 +184,13 @@ fn is_image_of_solid(one: &CheckedSolid, other: &CheckedSolid, axis: usize) -> b
 fn is_image_of_source(one: &Source, other: &Source, axis: usize) -> bool {
     let is_near = |a: DVec3, b: DVec3| (a - b).length() <= 1e-9 * (1.0 + a.length());
     let [(u, _), (other_u, _)] = [one.axes(), other.axes()];
-    let along = image(u, axis).dot(other_u).abs();
+    let along = image(u, axis).dot(other_u);
+    let is_along = along.abs() > 1.0 - 1e-9;
     let emission = match (&one.emission, &other.emission) {
-        // Symmetric in both planes of its axes, which the image then has too.
+        // The image turns one of both axes round.
         (Emission::Table(table), Emission::Table(of_other)) => {
-            table == of_other && along > 1.0 - 1e-9 && symmetry_of(table) != Symmetry::None
+            let turned: fn(f64) -> f64 = if along > 0.0 { |phi| -phi } else { |phi| 180.0 - phi };
+            table == of_other && is_along && is_own_image(table, turned)
         }
         (Emission::Rays(_), _) | (_, Emission::Rays(_)) => false,
         (one, other) => one == other,
@@ -198,7 +200,7 @@ fn is_image_of_source(one: &Source, other: &Source, axis: usize) -> bool {
         && (one.weight / other.weight - 1.0).abs() < 1e-9
         && is_near(image(one.position, axis), other.position)
         && is_near(image(one.normal, axis), other.normal)
-        && (along > 1.0 - 1e-9 || !matches!(one.emitter, Emitter::Rectangle { .. }))
+        && (is_along || !matches!(one.emitter, Emitter::Rectangle { .. }))
 }
 
 #[cfg(test)]
@@ -281,6 +283,7 @@ light = { wavelength_nm = 550.0 }
         for (more, named) in [
             (String::new(), ""),
             (chip("intensity = [0, 1, 0], across = [1, 1, 1]"), ""),
+            (chip("intensity = [0, 1, 0], across = [0, 1, 1]"), ""),
             (chip("intensity = [0, 1, 1]"), "sources[1] \"chip\" (no source is its image)"),
             (aslant(0.0), ""),
             (aslant(90.0), ""),

@@ -116,12 +116,7 @@ pub fn build(design: &Design, surface: &DomeSurface) -> Result<Scene> {
         prototype.sources = emitters.map(|emitter| emitter.source.clone()).collect();
     }
     let bottom = bottom(design, &mirror);
-    let (kinds, numbers) = design.package_kinds();
-    let kinds = kinds.into_iter().map(|(place, turn_deg)| {
-        with_led_at(design, &prototype, place).map(|kind| (kind, turn_deg))
-    });
-    let packages = Packages { kinds: kinds.collect::<Result<_>>()?, numbers };
-    let packages = solids::add(design, &packages, &bottom, &mut scene)?;
+    let packages = solids::add(design, &packages(design, &prototype)?, &bottom, &mut scene)?;
     scene.isolated(!design.array.crossing);
     for (package, [x, y]) in packages.into_iter().zip(design.array.axes_mm()) {
         scene.place(package, DVec3::new(x, y, 0.0));
@@ -169,9 +164,17 @@ pub fn standing(design: &Design, surface: &DomeSurface) -> Result<Standing> {
         return Ok(Standing::default());
     }
     let mirror = mirror(design)?;
-    let package =
-        with_led_at(design, &without_led(design, surface, &mirror)?, design.led.place(0))?;
-    solids::standing(design, package, &bottom(design, &mirror))
+    let packages = packages(design, &without_led(design, surface, &mirror)?)?;
+    solids::standing(design, &packages, &bottom(design, &mirror))
+}
+
+/// The packages of `design`: `prototype` with its box where it stands in each, and their turns.
+fn packages(design: &Design, prototype: &Prototype) -> Result<Packages> {
+    let (kinds, numbers) = design.package_kinds();
+    let kinds = kinds.into_iter().map(|(place, turn_deg)| {
+        with_led_at(design, prototype, place).map(|kind| (kind, turn_deg))
+    });
+    Ok(Packages { kinds: kinds.collect::<Result<_>>()?, numbers })
 }
 
 /// A package of `design` with its own source alone, and `surface` on its dome.
@@ -216,8 +219,8 @@ pub fn index_about_domes(design: &Design) -> Result<f64> {
             let surface = DomeSurface::Refracting(design.outline()?);
             let mirror = mirror(design)?;
             let package = package(design, dome, &surface, &mirror)?;
-            let package = with_led_at(design, &package, design.led.place(0))?;
-            solids::index_about_domes(design, package, &bottom(design, &mirror))
+            let packages = packages(design, &package)?;
+            solids::index_about_domes(design, &packages, &bottom(design, &mirror))
         }
         _ => Ok(1.0),
     }

@@ -254,6 +254,27 @@ fn ways_out(design: &Design, [first, second]: [&str; 2], (depth_mm, axis): (f64,
     format!("move {solid:?} {move_by}, or change {other}")
 }
 
+/// The error of packages that fit where they are not turned, or neither turned nor off their places.
+fn moved(design: &Design, error: &Error) -> Option<ConfigError> {
+    let (Error::Overlap { .. } | Error::IntoWall { .. }) = error else {
+        return None;
+    };
+    let builds = |design: &Design| {
+        dome_surface(design, Model::Geometric, None)
+            .is_ok_and(|surface| scene::build(design, &surface).is_ok())
+    };
+    let mut still = design.clone();
+    still.array.turns_deg.clear();
+    let (key, got) = if design.array.has_own_turns() && builds(&still) {
+        ("array.turns_deg", "turned packages")
+    } else {
+        still.array.offsets_mm.clear();
+        (design.array.is_offset() && builds(&still)).then_some(())?;
+        ("array.offsets_mm", "packages off their places")
+    };
+    Some(refused(design, key, got, format!("packages that clear each other and walls: {error}")))
+}
+
 /// The error of a solid that overlaps something else.
 fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
     if let Some(wide) = too_wide(design, error) {
@@ -292,7 +313,8 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
 fn unbuilt(design: &Design, error: &Error) -> ConfigError {
     let led = &design.led;
     let sphere_mm = design.sphere().map_or(0.0, |s| s.sphere_radius_mm);
-    if let Some(refused) = misplaced(design, error).or_else(|| misfit(design, error)) {
+    let misplaced = misplaced(design, error).or_else(|| moved(design, error));
+    if let Some(refused) = misplaced.or_else(|| misfit(design, error)) {
         return refused;
     }
     let (key, got) = match error {
@@ -317,9 +339,6 @@ fn unbuilt(design: &Design, error: &Error) -> ConfigError {
         }
         Error::Overlap { .. } if design.dome.is_none() && !led.is_centred() => {
             return off_axis(design, error);
-        }
-        Error::Overlap { .. } if design.array.has_own_turns() && !design.array.is_offset() => {
-            ("array.turns_deg", "packages that overlap".to_owned())
         }
         Error::Overlap { .. } => (
             design.array.distance_key(),

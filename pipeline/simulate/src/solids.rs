@@ -182,12 +182,7 @@ pub fn add(
         return Ok(numbers.iter().map(|number| kinds[*number]).collect());
     }
     let placing = Placing::new(design, bottom);
-    let outline = |(kind, turn_deg): &(Prototype, f64)| {
-        let mut outline = kind.clone();
-        place_solids(&placing, Per::Package, &mut outline, None)?;
-        Ok(outline.turned(*turn_deg)?)
-    };
-    let outlines: Vec<Prototype> = kinds.iter().map(outline).collect::<Result<_>>()?;
+    let outlines = outlines(&placing, kinds)?;
     let mut array = Prototype::default();
     let depths = place_solids(&placing, Per::Array, &mut array, Some(AIR))?.depths;
     let holders = enclosing_solids(design, |package| &outlines[numbers[package]], &array)?;
@@ -215,20 +210,32 @@ pub fn add(
     Ok(packages)
 }
 
-/// Refractive index of the medium around the domes of `design`; `package` has no solids yet.
+/// The kinds of packages with their solids, turned as they stand.
+fn outlines(placing: &Placing, kinds: &[(Prototype, f64)]) -> Result<Vec<Prototype>> {
+    let outline = |(kind, turn_deg): &(Prototype, f64)| {
+        let mut outline = kind.clone();
+        place_solids(placing, Per::Package, &mut outline, None)?;
+        Ok(outline.turned(*turn_deg)?)
+    };
+    kinds.iter().map(outline).collect()
+}
+
+/// Refractive index of the medium around the domes of `design`; `packages` have no solids yet.
 ///
 /// # Errors
 /// Solids that [`add`] refuses; packages in different media.
-pub fn index_about_domes(design: &Design, package: Prototype, bottom: &Bottom) -> Result<f64> {
+pub fn index_about_domes(design: &Design, packages: &Packages, bottom: &Bottom) -> Result<f64> {
     let placing = Placing::new(design, bottom);
-    let mut outline = package;
+    let Packages { kinds, numbers } = packages;
+    let mut outline = kinds[0].0.clone();
     let put = place_solids(&placing, Per::Package, &mut outline, None)?;
     if let Region::Body(medium) = put.about_dome {
         return Ok(outline.media[usize::from(medium)].index);
     }
     let mut array = Prototype::default();
     place_solids(&placing, Per::Array, &mut array, Some(AIR))?;
-    let holders = enclosing_solids(design, |_| &outline, &array)?;
+    let outlines = outlines(&placing, kinds)?;
+    let holders = enclosing_solids(design, |package| &outlines[numbers[package]], &array)?;
     let index = |holder: Option<&CheckedSolid>| outside(holder, &[]).index;
     let first = index(holders.first().copied().flatten());
     let other = holders.iter().find(|holder| index(**holder).to_bits() != first.to_bits());
@@ -243,16 +250,18 @@ pub fn index_about_domes(design: &Design, package: Prototype, bottom: &Bottom) -
 }
 
 /// What the solids of `design` stand on, and the narrow gaps between bodies of a package and between
-/// solids of the array; `package` has no solids yet.
+/// solids of the array; `packages` have no solids yet.
 ///
 /// # Errors
 /// Solids that [`add`] refuses.
-pub fn standing(design: &Design, package: Prototype, bottom: &Bottom) -> Result<Standing> {
+pub fn standing(design: &Design, packages: &Packages, bottom: &Bottom) -> Result<Standing> {
     let placing = Placing::new(design, bottom);
-    let (mut outline, mut array) = (package, Prototype::default());
+    let Packages { kinds, numbers } = packages;
+    let (mut outline, mut array) = (kinds[0].0.clone(), Prototype::default());
     let own = place_solids(&placing, Per::Package, &mut outline, None)?;
     let once = place_solids(&placing, Per::Array, &mut array, None)?;
-    let holders = enclosing_solids(design, |_| &outline, &array)?;
+    let outlines = outlines(&placing, kinds)?;
+    let holders = enclosing_solids(design, |package| &outlines[numbers[package]], &array)?;
     let about_packages = holders.first().copied().flatten().map_or("air", CheckedSolid::name);
     let mut all = Standing::default();
     for (placed, body, world) in [(own, &outline, about_packages), (once, &array, "air")] {

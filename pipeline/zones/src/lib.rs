@@ -321,7 +321,7 @@ struct Array<'a> {
 impl Array<'_> {
     /// Columns and rows of the packages in a zone.
     fn dealt(&self, [i, j]: [usize; 2]) -> &[[usize; 2]] {
-        &self.places.dealt()[j * self.zones[0] + i]
+        &self.places.packages_by_zone()[j * self.zones[0] + i]
     }
 
     fn zone_cells(&self, axis: usize) -> Cells {
@@ -332,7 +332,7 @@ impl Array<'_> {
     /// Drives of packages in columns and rows.
     fn drives_of_packages(&self, drives: &[f64]) -> Vec<f64> {
         let mut of_packages = vec![0.0; self.places.count()];
-        for (packages, drive) in self.places.dealt().iter().zip(drives) {
+        for (packages, drive) in self.places.packages_by_zone().iter().zip(drives) {
             for [i, j] in packages {
                 of_packages[j * self.places.whole[0] + i] = *drive;
             }

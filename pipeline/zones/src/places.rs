@@ -33,9 +33,9 @@ pub struct Places {
     /// Lower end and length of the area of all packages along x and y, mm.
     area_mm: [[f64; 2]; 2],
     /// Places of packages that stand in no full rows at right angles, mm, in the order of the design.
-    aslant_mm: Vec<[f64; 2]>,
+    off_lattice_mm: Vec<[f64; 2]>,
     /// Columns and rows of the packages in each zone.
-    dealt: Vec<Vec<[usize; 2]>>,
+    packages_by_zone: Vec<Vec<[usize; 2]>>,
     /// Number in the design of the package in each column of each row.
     numbers: Vec<usize>,
 }
@@ -65,7 +65,7 @@ impl Places {
                 whole.is_none(),
                 "--packages: expected none of packages that stand otherwise than in full, evenly spaced rows at right angles"
             );
-            return Ok(Self::aslant(design, axes));
+            return Ok(Self::off_lattice(design, axes));
         };
         let (first_mm, stated) = ([left, low], design.array.pitch_mm.along());
         let even = [across, along];
@@ -96,12 +96,20 @@ impl Places {
         let first_mm =
             [0, 1].map(|k| first_mm[k] - 0.5 * (whole[k] - traced[k]) as f64 * pitch_mm[k]);
         let area = |k: usize| [first_mm[k] - 0.5 * pitch_mm[k], whole[k] as f64 * pitch_mm[k]];
-        let (area_mm, aslant_mm, dealt) = ([area(0), area(1)], Vec::new(), Vec::new());
-        Ok(Self { traced, whole, pitch_mm, first_mm, area_mm, aslant_mm, dealt, numbers })
+        Ok(Self {
+            traced,
+            whole,
+            pitch_mm,
+            first_mm,
+            area_mm: [area(0), area(1)],
+            off_lattice_mm: Vec::new(),
+            packages_by_zone: Vec::new(),
+            numbers,
+        })
     }
 
     /// Places in staggered rows, or in no rows.
-    fn aslant(design: &Design, axes: Vec<[f64; 2]>) -> Self {
+    fn off_lattice(design: &Design, axes: Vec<[f64; 2]>) -> Self {
         let ends = [0, 1].map(|k| {
             let along = axes.iter().map(|at| at[k]);
             [along.clone().fold(f64::INFINITY, f64::min), along.fold(f64::NEG_INFINITY, f64::max)]
@@ -126,14 +134,14 @@ impl Places {
             first_mm,
             area_mm: [area(0, w), area(1, h)],
             numbers: (0..axes.len()).collect(),
-            aslant_mm: axes,
-            dealt: Vec::new(),
+            off_lattice_mm: axes,
+            packages_by_zone: Vec::new(),
         }
     }
 
     /// True of full rows at right angles.
     pub fn is_lattice(&self) -> bool {
-        self.aslant_mm.is_empty()
+        self.off_lattice_mm.is_empty()
     }
 
     /// True of places that a file states in no full rows at right angles.
@@ -162,10 +170,10 @@ impl Places {
             zones[0],
             zones[1]
         );
-        let mut dealt = vec![Vec::new(); zones[0] * zones[1]];
+        let mut packages_by_zone = vec![Vec::new(); zones[0] * zones[1]];
         for number in 0..self.count() {
             let package = [number % columns, number / columns];
-            let [i, j] = match self.aslant_mm.get(number) {
+            let [i, j] = match self.off_lattice_mm.get(number) {
                 None => [0, 1].map(|k| package[k] * zones[k] / self.whole[k]),
                 Some(at) => {
                     let along = [0, 1].map(|k| {
@@ -179,22 +187,22 @@ impl Places {
                     along.map(|place| place as usize)
                 }
             };
-            dealt[j * zones[0] + i].push(package);
+            packages_by_zone[j * zones[0] + i].push(package);
         }
-        if let Some(zone) = dealt.iter().position(Vec::is_empty) {
+        if let Some(zone) = packages_by_zone.iter().position(Vec::is_empty) {
             anyhow::bail!(
                 "--zones: expected packages in every zone, got none in column {} of row {}",
                 zone % zones[0] + 1,
                 zones[1] - zone / zones[0]
             );
         }
-        self.dealt = dealt;
+        self.packages_by_zone = packages_by_zone;
         Ok(())
     }
 
     /// Columns and rows of the packages in each zone, row after row.
-    pub fn dealt(&self) -> &[Vec<[usize; 2]>] {
-        &self.dealt
+    pub fn packages_by_zone(&self) -> &[Vec<[usize; 2]>] {
+        &self.packages_by_zone
     }
 
     /// True if the traced array stands for a larger one along an axis.
@@ -240,7 +248,7 @@ impl Places {
     /// Places of all packages of the whole array, mm, row after row.
     pub fn axes_mm(&self) -> Vec<[f64; 2]> {
         if !self.is_lattice() {
-            return self.aslant_mm.clone();
+            return self.off_lattice_mm.clone();
         }
         let at = |k: usize, i: usize| self.first_mm[k] + i as f64 * self.pitch_mm[k];
         let row = |j: usize| (0..self.whole[0]).map(move |i| [at(0, i), at(1, j)]);
@@ -315,7 +323,7 @@ mod tests {
         }
         places.divide([5, 4]).expect("one in each");
         for (i, j) in (0..4).flat_map(|j| (0..5).map(move |i| (i, j))) {
-            assert_eq!(places.dealt()[j * 5 + i], [[i, j]]);
+            assert_eq!(places.packages_by_zone()[j * 5 + i], [[i, j]]);
         }
         for (zones, words) in [
             ([11, 4], "at most as many as there are packages, 20"),

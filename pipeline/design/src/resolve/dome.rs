@@ -43,14 +43,14 @@ pub(crate) fn resolve(
             let Some(rows) = meridian_y_mm else { return Ok(Some(Dome::Meridian(x))) };
             let key = "dome.meridian_y_mm";
             let y = in_design(key, rows, Ends::OnBottom, at)?;
-            of_two([x, y], (key, None), raw, at)?
+            oval_dome([x, y], (key, None), raw, at)?
         }
         DomeForm::MeridianFile(MeridianFileDome { meridian_file, meridian_y_file }) => {
             let x = in_file(["dome.meridian_file", meridian_file], folder, Ends::OnBottom, at)?;
             let Some(file) = meridian_y_file else { return Ok(Some(Dome::Meridian(x))) };
             let key = "dome.meridian_y_file";
             let y = in_file([key, file], folder, Ends::OnBottom, at)?;
-            of_two([x, y], (key, Some(file.as_str())), raw, at)?
+            oval_dome([x, y], (key, Some(file.as_str())), raw, at)?
         }
         DomeForm::Mesh(mesh) => {
             if let Some(smooth_deg) = mesh.smooth_deg {
@@ -68,7 +68,7 @@ pub(crate) fn resolve(
 }
 
 /// The dome by meridians along x and y, the latter under a key or in the file of a key.
-fn of_two(
+fn oval_dome(
     [x, y]: [Meridian; 2],
     (key, file): (&str, Option<&str>),
     raw: &schema::Design,
@@ -84,12 +84,12 @@ fn of_two(
     let both = [&x, &y].map(|curve| format!("{:?}", curve.pieces));
     let made = between([&x, &y], (key, file), at)?;
     let mesh = dome_mesh::tessellated(made, sha256_hex(both.concat().as_bytes()));
-    let mesh = mesh.map_err(|error| folds(key, &error.to_string(), at))?;
+    let mesh = mesh.map_err(|error| no_solid(key, &error.to_string(), at))?;
     Ok(Dome::Mesh(Box::new(mesh)))
 }
 
-/// The error of a surface between two meridians that is none of a solid.
-pub(crate) fn folds(key: &str, error: &str, at: &Context) -> ConfigError {
+/// The error of two meridians whose surface bounds no solid.
+pub(crate) fn no_solid(key: &str, error: &str, at: &Context) -> ConfigError {
     at.value(key, "a bad value", &format!("a surface that does not fold over: {error}"))
 }
 
@@ -161,7 +161,7 @@ type NumberedRow = (usize, Vec<f64>);
 /// Numbers of the rows in `text` with their lines; a line that is no row.
 fn numbers(text: &str) -> Result<Vec<NumberedRow>, (usize, String)> {
     let mut rows = Vec::new();
-    for (line, number) in text.lines().zip(1..) {
+    for (line, number) in text.trim_start_matches('\u{feff}').lines().zip(1..) {
         let line = line.split('#').next().unwrap_or_default().trim();
         if line.is_empty() {
             continue;
@@ -176,4 +176,17 @@ fn numbers(text: &str) -> Result<Vec<NumberedRow>, (usize, String)> {
         }
     }
     Ok(rows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_byte_order_mark_is_no_part_of_a_curve() {
+        let of = |text: &str| numbers(text).expect("rows");
+        let text = "0, 1\n1, 0\n";
+        assert_eq!(of(&format!("\u{feff}{text}")), of(text));
+        assert_eq!(of(text).len(), 2);
+    }
 }

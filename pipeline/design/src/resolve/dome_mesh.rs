@@ -41,7 +41,7 @@ pub(crate) fn load(raw: &MeshDome, folder: &Path) -> Result<DomeMesh> {
 
 /// The dome of triangles in the place of a surface, which is told from others by its hash.
 pub(crate) fn tessellated(made: Tessellation, sha256: String) -> Result<DomeMesh> {
-    let normals = single(&made);
+    let normals = single_precision(&made);
     let deviation = Some(made.deviation);
     let solid = measured(sha256, made.triangles, |mesh| mesh.with_normals(&normals))?;
     Ok(DomeMesh { deviation, ..solid })
@@ -50,10 +50,10 @@ pub(crate) fn tessellated(made: Tessellation, sha256: String) -> Result<DomeMesh
 /// The solid of triangles in the place of its surface.
 pub(crate) fn solid(made: &Tessellation) -> Result<Shape, MeshError> {
     let mesh = Mesh::welded(&made.triangles, &vec![0; made.triangles.len()])?;
-    Ok(Shape::mesh(mesh.with_normals(&single(made))))
+    Ok(Shape::mesh(mesh.with_normals(&single_precision(made))))
 }
 
-fn single(made: &Tessellation) -> Vec<[Vec3; 3]> {
+fn single_precision(made: &Tessellation) -> Vec<[Vec3; 3]> {
     made.normals.iter().map(|corners| corners.map(DVec3::as_vec3)).collect()
 }
 

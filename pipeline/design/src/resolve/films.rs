@@ -41,7 +41,8 @@ pub(crate) fn resolve(
     Films::new(&Arc::new(stated), wavelength_nm, at).map(Some)
 }
 
-/// The layers and the metal under them of the reflector of the table `table`; without metal none.
+/// The layers and the metal under them, or the table, of the reflector of the table `table`; without
+/// metal none.
 fn on_metal(
     table: &str,
     law: &Law<Metal>,

@@ -84,7 +84,7 @@ pub(super) fn resolve(
                 let made = dome::between([&x, &y], (&key, path), read.at)?;
                 deviation = Some(made.deviation);
                 let solid = dome_mesh::solid(&made);
-                let solid = solid.map_err(|e| dome::folds(&key, &e.to_string(), read.at))?;
+                let solid = solid.map_err(|e| dome::no_solid(&key, &e.to_string(), read.at))?;
                 (vec![solid], Vec::new())
             } else {
                 let x = meridian.insert(x);

@@ -176,6 +176,25 @@ pub(crate) const MAX_MARGIN_MM: f64 = 1e3;
 /// Largest pitch, mm.
 const MAX_PITCH_MM: f64 = 2.0 * MAX_MARGIN_MM;
 
+/// Least distance of staggered rows of packages of these widths, or the least of the one pitch of
+/// hexagonal rows, mm: neighbours in the next row stand aslant, those of every other row in one
+/// column. Domes are ellipses, which are clear where circles are in stretched coordinates.
+fn least_of_staggered(raw: &schema::Array, are_domes: bool, [wide, deep]: [f64; 2]) -> f64 {
+    let (next, rise) = match raw.pitch_mm {
+        Pitch::Along(List([pitch, _])) => {
+            let share = (0.5 * pitch / wide).min(1.0);
+            let oval = deep * (1.0 - share * share).sqrt();
+            (if are_domes || share >= 1.0 { oval } else { deep }, 1.0)
+        }
+        Pitch::Same(_) => {
+            let rise = 0.75_f64.sqrt();
+            let oval = (0.5 / wide).hypot(rise / deep).recip();
+            (if are_domes { oval } else { (deep / rise).min(2.0 * wide) }, rise)
+        }
+    };
+    if raw.rows < 3 { next } else { next.max(0.5 * deep / rise) }
+}
+
 pub(crate) fn array(
     raw: &schema::Array,
     dome: Option<&Dome>,
@@ -187,24 +206,24 @@ pub(crate) fn array(
         at.count("array.columns", raw.columns, 1, MAX_ALONG)?;
         at.count("array.rows", raw.rows, 1, MAX_ALONG)?;
     }
-    let widths = dome.map_or(led.size_mm, |d| [0, 1].map(|axis| 2.0 * d.half_mm(axis, 0.0)));
+    let widths = dome.map_or(led.size_mm, |d| [0, 1].map(|axis| 2.0 * d.reach_mm(axis, 0.0)));
     let pitches = raw.pitch_mm.along();
     let mut is_clear = [0, 1].map(|k| pitches[k] >= widths[k]);
-    let is_staggered =
-        matches!((raw.pitch_mm, raw.arrangement), (Pitch::Along(_), Arrangement::Hexagonal));
+    let is_staggered = raw.arrangement == Arrangement::Hexagonal && raw.rows > 1;
+    let least_mm = least_of_staggered(raw, dome.is_some(), widths);
     if is_staggered {
-        // Neighbours in the next row stand aslant, those of every other row in one column.
-        let (along, half) = (pitches[1], 0.5 * pitches[0]);
-        let is_next_clear = match dome {
-            Some(_) => along.hypot(half) >= widths[1],
-            None => is_clear[1] || half >= widths[0],
-        };
-        is_clear[1] = is_next_clear && (raw.rows < 3 || 2.0 * along >= widths[1]);
+        is_clear[1] = pitches[1] >= least_mm * (1.0 - 1e-9);
     }
     for (k, (pitch_mm, width)) in pitches.into_iter().zip(widths).enumerate() {
         at.length("array.pitch_mm", pitch_mm)?;
         if !is_clear[k] {
-            let rows = if is_staggered && k == 1 { " between packages of all rows" } else { "" };
+            let rows = if is_staggered && k == 1 {
+                // Rounded up, so that the bound fits.
+                let least_mm = (1e6 * least_mm - 1e-6).ceil() / 1e6;
+                format!(" between packages of all rows: {least_mm} mm here")
+            } else {
+                String::new()
+            };
             let expected = format!("at least the width of a package, {width} mm{rows}");
             return Err(at.value("array.pitch_mm", pitch_mm, &expected));
         }

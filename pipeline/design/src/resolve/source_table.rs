@@ -22,21 +22,28 @@ pub(super) fn of_face(law: &FaceLaw, at: &Context) -> Result<(Emission, Symmetry
             let exponent = at.within("exponent", *exponent, 0.0, 1e6)?;
             Ok((Emission::CosinePower { exponent }, Symmetry::Square))
         }
-        FaceLaw { exponent: None, angle_deg: Some(angles), intensity, across } => {
+        FaceLaw { exponent: None, angle_deg: Some(angles), intensity: Some(along), across } => {
             for angle in angles {
                 at.within("angle_deg", *angle, -90.0, 90.0)?;
             }
             let table = TableSource {
                 angle_deg: Some(angles.clone()),
-                intensity: intensity.clone(),
+                intensity: Some(along.clone()),
                 across: across.clone(),
                 ..TableSource::default()
             };
             emission(&table, Path::new(""), at)
         }
-        FaceLaw { .. } => {
+        FaceLaw { exponent, angle_deg, intensity, across } => {
             let expected = "either `exponent`, or `angle_deg` and `intensity`";
-            Err(at.value("exponent", "other keys", expected))
+            let is_bare = intensity.is_none() && across.is_none();
+            let (key, got) = match (exponent, angle_deg) {
+                (Some(exponent), _) => ("exponent", format!("{exponent} beside a table")),
+                (None, Some(_)) => ("intensity", "missing".to_owned()),
+                (None, None) if is_bare => ("exponent", "missing".to_owned()),
+                (None, None) => ("angle_deg", "missing".to_owned()),
+            };
+            Err(at.value(key, got, expected))
         }
     }
 }

@@ -16,7 +16,7 @@ use super::source_spectra::Scope;
 use super::{form, source_table};
 use crate::check::{Context, MAX_LENGTH_MM};
 use crate::error::ConfigError;
-use crate::resolved::files::SourceFile;
+use crate::resolved::files::{SourceFile, is_own_image};
 use crate::resolved::led::Led;
 use crate::resolved::solids::{self, CheckedSolid};
 use crate::resolved::sources::{CheckedEmitter, CheckedSource, EmitterLight, Part};
@@ -230,7 +230,12 @@ fn chip(
         Ok::<_, ConfigError>(law.unwrap_or((Emission::LAMBERTIAN, Symmetry::Square)))
     };
     let (top, of_top) = law(stated.top.as_ref(), "top")?;
-    let (sides, of_sides) = law(stated.sides.as_ref(), "sides")?;
+    let (sides, _) = law(stated.sides.as_ref(), "sides")?;
+    // Mirrors keep what is up, and turn the level plane round.
+    let is_even = match &sides {
+        Emission::Table(table) => is_own_image(table, |phi| 180.0 - phi),
+        _ => true,
+    };
     let emitting = faces.into_iter().zip(powers).filter(|(_, power)| *power > 0.0);
     let sources = emitting.map(|((middle, normal, [half_x, half_y]), power)| {
         let emitter = Emitter::Rectangle { half_x, half_y };
@@ -241,7 +246,7 @@ fn chip(
     });
     let same = |a: f64, b: f64| a.to_bits() == b.to_bits();
     let [_, right, left, back, front] = powers;
-    let symmetry = if !(same(right, left) && same(back, front)) || of_sides == Symmetry::None {
+    let symmetry = if !(same(right, left) && same(back, front) && is_even) {
         Symmetry::None
     } else if same(right, back) && same(x, y) {
         Symmetry::Square

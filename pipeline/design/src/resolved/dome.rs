@@ -41,7 +41,7 @@ impl Dome {
     }
 
     /// Largest |x| (`axis` 0) or |y| from the axis in a package turned by `turn_deg`, mm.
-    pub fn half_mm(&self, axis: usize, turn_deg: f64) -> f64 {
+    pub fn reach_mm(&self, axis: usize, turn_deg: f64) -> f64 {
         let Self::Mesh(dome) = self else { return self.radius_mm() };
         let Shape::Mesh(mesh) = &dome.shape else { return dome.radius_mm };
         let along = DMat3::from_rotation_z(turn_deg.to_radians()).row(axis);

@@ -121,6 +121,19 @@ impl Files {
 
 /// The symmetries of a far field, to a millionth of its peak.
 pub fn symmetry_of(table: &Distribution) -> Symmetry {
+    // Mirrored in y = 0, x = 0, x = y.
+    if !(is_own_image(table, |phi| -phi) && is_own_image(table, |phi| 180.0 - phi)) {
+        Symmetry::None
+    } else if is_own_image(table, |phi| 90.0 - phi) {
+        Symmetry::Square
+    } else {
+        Symmetry::Rectangle
+    }
+}
+
+/// True if a far field is the same where azimuths are those of their images, in degrees, to a
+/// millionth of its peak.
+pub fn is_own_image(table: &Distribution, image: fn(f64) -> f64) -> bool {
     let (thetas, phis) = (table.thetas_deg(), table.phis_deg());
     let at = |theta: f64, phi: f64| {
         let (sin, cos) = theta.to_radians().sin_cos();
@@ -129,19 +142,10 @@ pub fn symmetry_of(table: &Distribution) -> Symmetry {
     };
     let pairs = || (0..phis.len()).flat_map(|p| (0..thetas.len()).map(move |t| (p, t)));
     let peak = pairs().map(|(p, t)| table.value(p, t)).fold(0.0, f64::max);
-    // Mirrored in y = 0, x = 0, x = y; angles kept off the ends of the table, beyond which it is 0.
+    // Angles kept off the ends of the table, beyond which it is 0.
     let (first, last) = (thetas[0], thetas[thetas.len() - 1]);
-    let same = |image: fn(f64) -> f64| {
-        pairs().all(|(p, t)| {
-            let theta = thetas[t].clamp(first + 1e-9, last - 1e-9);
-            (at(theta, phis[p]) - at(theta, image(phis[p]))).abs() <= 1e-6 * peak
-        })
-    };
-    if !(same(|phi| -phi) && same(|phi| 180.0 - phi)) {
-        Symmetry::None
-    } else if same(|phi| 90.0 - phi) {
-        Symmetry::Square
-    } else {
-        Symmetry::Rectangle
-    }
+    pairs().all(|(p, t)| {
+        let theta = thetas[t].clamp(first + 1e-9, last - 1e-9);
+        (at(theta, phis[p]) - at(theta, image(phis[p]))).abs() <= 1e-6 * peak
+    })
 }

@@ -297,7 +297,7 @@ impl Design {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let [along, across] = [self.led.size_mm[axis], self.led.size_mm[1 - axis]];
             let own = match &self.dome {
-                Some(dome) => (dome.half_mm(axis, degrees), "the dome"),
+                Some(dome) => (dome.reach_mm(axis, degrees), "the dome"),
                 None => (0.5 * (cos.abs() * along + sin.abs() * across), "the LED"),
             };
             let of_package = self.solids.iter().filter(|solid| solid.per() == Per::Package);

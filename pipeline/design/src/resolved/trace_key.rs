@@ -257,7 +257,7 @@ fn led_fields(led: &Led) -> Value {
 
 /// Packages at full drive have the fields of designs that cannot say otherwise.
 fn array_fields(array: &Array) -> Value {
-    let Array { positions, pitch_mm, crossing, drives, offsets_mm, turns_deg } = array;
+    let Array { positions, pitch_mm, crossing, drives, offsets_mm, turns_deg: _ } = array;
     let positions = match positions {
         PackagePositions::Grid { columns, rows, arrangement } => {
             json!({"columns": columns, "rows": rows, "arrangement": arrangement})
@@ -268,8 +268,12 @@ fn array_fields(array: &Array) -> Value {
     if let Some(drives) = drives {
         fields["drives"] = json!(drives);
     }
-    if !offsets_mm.is_empty() || array.is_turned() {
-        fields["moved"] = json!([offsets_mm, turns_deg, array.stated_turns_deg()]);
+    if array.is_offset() {
+        fields["offsets_mm"] = json!(offsets_mm);
+    }
+    if array.is_turned() {
+        let turns = (0..array.count()).map(|package| array.turn_deg(package));
+        fields["turns_deg"] = json!(turns.collect::<Vec<f64>>());
     }
     fields
 }
@@ -382,6 +386,9 @@ mod tests {
             assert!(changed.0 != base.0 && changed.1 == base.1);
         }
         assert_eq!(of(|d| d.name.push('x'), all), base);
+        let zeros: Change =
+            |d| (d.array.offsets_mm, d.array.turns_deg) = (vec![[0.0; 2]; 4], vec![0.0; 4]);
+        assert_eq!(of(zeros, all), base);
         let changed = of(|d| d.far_field.centre_deg = 7.5, all);
         assert!(changed.0 == base.0 && changed.1 != base.1);
         // Rays on the elements know neither tables nor, without films, the wavelength.

@@ -238,7 +238,8 @@ pub struct Array {
     #[serde(default)]
     pub rows: usize,
     /// Distance of neighbours, mm, or `[x, y]` of columns and of rows: from the width of a package
-    /// to 2000; with `positions_file` the least distance allowed.
+    /// to 2000, of hexagonal rows from where packages of neighbouring rows are clear; with
+    /// `positions_file` the least distance allowed.
     pub pitch_mm: Pitch,
     /// Places of the rows; default `"square"`.
     #[serde(default, skip_serializing_if = "is_default")]
