@@ -162,6 +162,10 @@ impl Bsdf for SmoothInterface {
     fn index(&self, side: Side) -> f64 {
         self.index[side.index()]
     }
+
+    fn is_reciprocal(&self) -> bool {
+        true
+    }
 }
 
 /// A matt surface: diffuse reflection with a cosine distribution, on both sides.
@@ -209,6 +213,10 @@ impl Bsdf for Lambertian {
 
     fn index(&self, _side: Side) -> f64 {
         self.index
+    }
+
+    fn is_reciprocal(&self) -> bool {
+        true
     }
 }
 

@@ -178,6 +178,12 @@ pub trait Bsdf: Any + Send + Sync {
     /// Refractive index of the medium that the BSDF assumes on `side`.
     fn index(&self, side: Side) -> f64;
 
+    /// True if light on the reversed path has the same share: with f the BSDF, f(wi, wo)/n² of the medium
+    /// of wo is that of f(wo, wi).
+    fn is_reciprocal(&self) -> bool {
+        false
+    }
+
     /// The same surface for polarised light, if its effect on polarisation is known.
     fn as_polarised(&self) -> Option<&dyn PolarisedBsdf> {
         None

@@ -206,6 +206,11 @@ impl Bsdf for UnitCell {
         self.index[side.index()]
     }
 
+    /// Rays enter evenly, and go back as they came.
+    fn is_reciprocal(&self) -> bool {
+        true
+    }
+
     fn as_polarised(&self) -> Option<&dyn PolarisedBsdf> {
         Some(self)
     }

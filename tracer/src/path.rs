@@ -349,6 +349,27 @@ impl<'a, 't, L: Light, R: Rng, O: Observer> Walk<'_, 'a, 't, L, R, O> {
         (self.path, Stop::AtFilms)
     }
 
+    /// Shows light traced backwards to the receivers that read it, as far as it goes.
+    pub fn show_seen(mut self) {
+        loop {
+            let hit = self.intersect();
+            let length = hit.as_ref().map_or(f64::INFINITY, |hit| hit.distance);
+            let absorption = self.tracer.scene.world.absorption;
+            if absorption > 0.0 {
+                self.path.weight *= (-absorption * length).exp();
+            }
+            let PathState { ray, weight, history, .. } = &self.path;
+            self.tally.view(ray, length, *weight, history);
+            let goes_round = hit.is_some().then(|| self.arrive(hit)).flatten();
+            let is_periodic =
+                |impact: &Impact<'_>| matches!(impact.patch.optics, SurfaceModel::Periodic);
+            let Some(impact) = goes_round.filter(is_periodic) else { return };
+            if self.go_round(&impact).is_none() {
+                return;
+            }
+        }
+    }
+
     /// Follows the path through the world until it enters a body, and returns the instance there;
     /// `None` where the path has ended.
     #[inline]

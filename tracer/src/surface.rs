@@ -124,6 +124,16 @@ impl SurfaceModel {
         }
     }
 
+    /// True if light on the reversed path has the same share.
+    pub(crate) fn is_reciprocal(&self) -> bool {
+        match self {
+            Self::Scatter(table) => table.is_reciprocal(),
+            Self::Coating(_) => false,
+            Self::Printed(printed) => printed.base.is_reciprocal() && printed.ink.is_reciprocal(),
+            _ => true,
+        }
+    }
+
     /// What light meets at a point of the world: of a printed surface one of its two models.
     #[inline]
     pub(crate) fn at(&self, point: impl FnOnce() -> DVec3, rng: &mut impl Rng) -> &Self {

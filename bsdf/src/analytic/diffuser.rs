@@ -355,6 +355,13 @@ impl Bsdf for Diffuser {
     fn index(&self, side: Side) -> f64 {
         self.smooth.index(side)
     }
+
+    fn is_reciprocal(&self) -> bool {
+        let is_even = |lobe: &DiffuseLobe| lobe.law == DiffuseLaw::Lambertian || lobe.share == 0.0;
+        let [inner, outer] = Side::BOTH.map(|side| self.smooth.index(side));
+        let is_level = inner.to_bits() == outer.to_bits() || self.transmission.share == 0.0;
+        is_even(&self.reflection) && is_even(&self.transmission) && is_level
+    }
 }
 
 #[cfg(test)]

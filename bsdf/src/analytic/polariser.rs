@@ -235,6 +235,11 @@ impl Bsdf for Polariser {
         self.smooth.index(side)
     }
 
+    /// Shares are those of the angle in the medium of the lower index, on both sides.
+    fn is_reciprocal(&self) -> bool {
+        true
+    }
+
     fn as_polarised(&self) -> Option<&dyn PolarisedBsdf> {
         self.block.is_some().then_some(self)
     }

@@ -454,6 +454,11 @@ impl Bsdf for ReliefCell {
         self.index[side.index()]
     }
 
+    /// Rays enter evenly, and go back as they came.
+    fn is_reciprocal(&self) -> bool {
+        true
+    }
+
     fn as_polarised(&self) -> Option<&dyn PolarisedBsdf> {
         Some(self)
     }

@@ -37,6 +37,8 @@ const SAME_DEG: f64 = 1e-9;
 /// the thirteenth power of a cosine, 14/15. As many directions are drawn of a source.
 const NARROW_MEAN: f64 = 14.0 / 15.0;
 const DRAWN: u32 = 1024;
+/// Receivers of every run, before those of the design: far field and plane.
+pub(super) const BUILT_IN: usize = 2;
 /// Half the angle of cones into which light is followed as a share of its own, at most, degrees.
 const NARROW_DEG: f64 = 30.0;
 
@@ -334,6 +336,7 @@ impl FilmStack {
             let gap = tops.iter().filter(|top| *top < z).count() - 1;
             Passage { receiver: *receiver, gap, z_mm: z - low, sense: *sense }
         };
+        let cones = narrow_cones(&designs[0], high);
         Ok(FilmTable {
             scenes: designs.iter().map(|design| alone(design, low)).collect::<Result<_>>()?,
             passages: inside.map(passage).collect(),
@@ -341,7 +344,8 @@ impl FilmStack {
             symmetry: self.symmetry,
             half_mm: self.size_mm.map(|length| 0.5 * length),
             borders: self.borders,
-            seen_sin2: seen_sin2(&designs[0], high),
+            seen_sin2: cones.iter().map(|(_, sin2)| *sin2).fold(0.0, f64::max),
+            viewers: cones.into_iter().map(|(number, _)| BUILT_IN + number).collect(),
         })
     }
 
@@ -373,19 +377,20 @@ impl FilmStack {
     }
 }
 
-/// Sine squared of the half angle of the widest narrow cone about z that a receiver above the films looks
-/// into; 0 without one.
-fn seen_sin2(design: &Design, high_mm: f64) -> f64 {
-    let cones = design.receivers.iter().filter_map(|receiver| {
+/// Numbers of the receivers of `design` above the films that look into a narrow cone about z, each with
+/// the sine squared of its half angle.
+fn narrow_cones(design: &Design, high_mm: f64) -> Vec<(usize, f64)> {
+    let cones = design.receivers.iter().enumerate().filter_map(|(number, receiver)| {
         let Measurement::Luminance(at, angles) = &receiver.detector.measurement else {
             return None;
         };
         let is_above = at.axes()[2].z > 0.5 && at.bounds().low.z > high_mm - SAME_MM;
         let end_deg = angles.theta_edges_deg().last().copied()?;
         let is_narrow = !angles.has_view() && end_deg <= NARROW_DEG;
-        (is_above && is_narrow).then(|| end_deg.to_radians().sin().powi(2))
+        let is_viewer = is_above && is_narrow && !receiver.detector.stokes;
+        is_viewer.then(|| (number, end_deg.to_radians().sin().powi(2)))
     });
-    cones.fold(0.0, f64::max)
+    cones.collect()
 }
 
 /// A height over the lowest face without the rounding of sums, mm.

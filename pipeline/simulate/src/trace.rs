@@ -20,7 +20,7 @@ use runtime::store::{Entries, Store};
 
 use super::film_parts::FilmParts;
 use super::film_planes::FilmPlanes;
-use super::film_table::{FilmTreatment, treatment};
+use super::film_table::{BUILT_IN, FilmTreatment, treatment};
 use super::observation::{Observation, plane_grid};
 use super::scene::{self, DomeSurface};
 pub use super::scenes::GROUPS;
@@ -150,7 +150,7 @@ impl TraceJob<'_> {
         if let FilmTreatment::Table(stack) = treatment(design) {
             let designs = scenes.designs(design)?;
             // After the far field, the plane and the receivers of the design.
-            let numbers = 2 + design.receivers.len()..;
+            let numbers = BUILT_IN + design.receivers.len()..;
             let levels =
                 numbers.zip(&planes.levels_mm).map(|(number, (z, way))| (number, *z, *way));
             table = Some(stack.table(&designs, &levels.collect::<Vec<_>>())?);
@@ -184,7 +184,7 @@ impl TraceJob<'_> {
         let far = FarField::new(design.far_field.bin_deg, design.far_field.azimuth_bin_deg)?;
         let between_films = planes.detectors.iter().map(|detector| detector as &dyn Receiver);
         let detectors = design.receivers.iter().map(|receiver| &receiver.detector as &dyn Receiver);
-        let built_in: [&dyn Receiver; 2] = [&far, &plane];
+        let built_in: [&dyn Receiver; BUILT_IN] = [&far, &plane];
         let receivers: Vec<_> =
             built_in.into_iter().chain(detectors).chain(between_films).collect();
         Ok(trace(&receivers))

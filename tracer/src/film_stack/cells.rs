@@ -46,6 +46,11 @@ impl Turn {
         (self.0 * v.truncate()).extend(v.z)
     }
 
+    /// A vector of the frame of the ray in the table.
+    pub fn undo(&self, v: DVec3) -> DVec3 {
+        (self.0.transpose() * v.truncate()).extend(v.z)
+    }
+
     /// True if it mirrors.
     pub fn mirrors(&self) -> bool {
         self.0.determinant() < 0.0

@@ -8,10 +8,12 @@
 use bsdf::Side;
 use glam::{DVec2, DVec3};
 
+use super::backward::{Backwards, Excitations};
 use super::cells::Turn;
 use super::part::{Course, Exit, FilmOutcome};
 use crate::ledger::Loss;
 use crate::optics::fresnel::refract;
+use crate::optics::luminescence::Luminophore;
 use crate::optics::polarisation::Light;
 use crate::path::{Flight, Tracer};
 use crate::random::PathStream;
@@ -70,10 +72,10 @@ pub(super) struct Traveller {
     pub direction: DVec3,
     pub space: usize,
     pub weight: f64,
-    scatterings: u32,
+    pub scatterings: u32,
     pub wavelength: u16,
     pub history: PathHistory,
-    reach2: f64,
+    pub reach2: f64,
 }
 
 impl Traveller {
@@ -158,6 +160,27 @@ impl<'a> Layers<'a> {
         ([number - 1, number].map(|face| self.faces[face].z), film)
     }
 
+    /// Line of the uppermost face in the ledger of the films.
+    pub fn top_line(&self) -> u32 {
+        self.faces[self.faces.len() - 1].patch.line as u32
+    }
+
+    /// True if light on the reversed path has the same share at every face.
+    pub fn are_reciprocal(&self) -> bool {
+        self.faces.iter().all(|face| face.patch.optics.is_reciprocal())
+    }
+
+    /// The luminophores of a space.
+    pub fn luminophores(&self, space: usize) -> &[(Luminophore, usize)] {
+        let collisions = self.spaces[space].medium.collisions.as_ref();
+        collisions.map_or(&[], |collisions| collisions.luminophores())
+    }
+
+    /// Number of spaces.
+    pub fn count(&self) -> usize {
+        self.spaces.len()
+    }
+
     /// Number of films but one: of gaps, with those that contact closes.
     pub fn gaps(&self) -> usize {
         self.films - 1
@@ -177,9 +200,21 @@ pub(super) struct LayerWalk<'s, 't, 'a> {
     pub ends: Option<Ends<'s>>,
     /// Light that has come there.
     pub ended: Option<Traveller>,
+    /// Of light traced backwards, what it needs beside.
+    pub backwards: Option<Backwards<'s>>,
 }
 
-impl LayerWalk<'_, '_, '_> {
+/// True of light on `ray` that leaves as it came, along `direction`, moved in its plane of incidence
+/// alone.
+fn is_straight(direction: DVec3, ray: &Traveller, sign: f64) -> bool {
+    let place = ray.at.truncate();
+    // Facets may restore a direction and move light aside.
+    let aside = place.perp_dot(direction.truncate()).abs();
+    let off = ray.direction - direction * DVec3::new(1.0, 1.0, sign);
+    aside <= SAME * (1.0 + place.length()) && off.abs().max_element() < SAME
+}
+
+impl<'s> LayerWalk<'s, '_, '_> {
     /// Follows a ray of weight 1 that meets an outer face at x = y = 0 until it leaves, is absorbed or
     /// comes to an end of the films. A ray that `enters` is not reflected at a smooth outer face.
     pub fn follow<L: Light>(
@@ -189,54 +224,103 @@ impl LayerWalk<'_, '_, '_> {
         light: &mut L,
         rng: &mut PathStream,
     ) -> FilmOutcome {
-        let faces = self.layers[0].faces.len();
-        let falls = direction.z < 0.0;
-        let (mut face, space) = if falls { (faces - 1, faces) } else { (0, 0) };
-        let mut ray = Traveller {
-            at: DVec3::new(0.0, 0.0, self.layers[0].faces[face].z),
-            direction,
-            space,
-            weight: 1.0,
-            scatterings: 0,
-            wavelength,
-            history: PathHistory::new(0),
-            reach2: 0.0,
-        };
-        let mut has_entered = enters && self.enter(&mut ray, rng);
-        let is_out = loop {
-            if !std::mem::take(&mut has_entered) && self.meet(&mut ray, face, light, rng).is_none()
-            {
-                break false;
-            }
-            if ray.space == 0 || ray.space == faces {
-                break true;
-            }
-            match self.travel(&mut ray, light, rng) {
-                Some(next) => face = next,
-                None => break false,
-            }
-        };
-        let off = |sign: f64| {
-            let mirrored = direction * DVec3::new(1.0, 1.0, sign);
-            (ray.direction - mirrored).abs().max_element()
-        };
-        let place = ray.at.truncate();
-        // Facets may restore a direction and move light aside.
-        let aside = place.perp_dot(direction.truncate()).abs();
-        let is_straight = aside <= SAME * (1.0 + place.length());
+        let (mut ray, face) = self.arrive(direction, wavelength);
+        let has_entered = enters && self.enter(&mut ray, rng);
+        let is_out = self.go(&mut ray, (face, has_entered), light, rng);
         let course = match is_out {
             false => Course::Ended,
-            true if is_straight && off(1.0) < SAME => Course::Through,
-            true if is_straight && off(-1.0) < SAME => Course::Mirrored,
+            true if is_straight(direction, &ray, 1.0) => Course::Through,
+            true if is_straight(direction, &ray, -1.0) => Course::Mirrored,
             true => Course::Turned,
         };
         let sin = direction.truncate().length();
-        let exit = Exit { direction: ray.direction, place, sin };
+        let exit = Exit { direction: ray.direction, place: ray.at.truncate(), sin };
         let weight = if is_out { ray.weight } else { 0.0 };
         let mut outcome = FilmOutcome::new(&exit, weight, ray.wavelength, course);
         (outcome.bounces, outcome.line) = (ray.history.bounces, ray.history.line);
         outcome.reach = ray.reach2.sqrt() as f32;
         outcome
+    }
+
+    /// Follows a ray backwards, against `leaving` from the uppermost face at x = y = 0; shows where it
+    /// leaves below in another direction, with where it has been and its polarisation, and likewise light
+    /// that excites what it was.
+    pub fn follow_back<L: Light>(
+        &mut self,
+        (leaving, wavelength, excitations): (DVec3, u16, &'s Excitations),
+        rng: &mut PathStream,
+        mut show: impl FnMut(Traveller, &[DVec2], &L),
+    ) {
+        self.had.push(wavelength);
+        let mut backwards = Some(Backwards::new(excitations));
+        let (mut ray, mut face) = self.arrive(-leaving, wavelength);
+        let mut light = L::default();
+        let mut has_entered = false;
+        // A smooth face lets pass as much light on both ways.
+        if let Some((_, Some((reflectance, _)))) =
+            self.layers[usize::from(wavelength)].smooth_outer_face(-leaving)
+            && !L::CARRIED
+        {
+            has_entered = self.enter(&mut ray, rng);
+            ray.weight *= 1.0 - reflectance;
+        }
+        loop {
+            self.backwards = backwards.take();
+            let is_out = self.go(&mut ray, (face, has_entered), &mut light, rng);
+            backwards = self.backwards.take();
+            let Some(own) = &mut backwards else { return };
+            if !self.had.contains(&ray.wavelength) {
+                self.had.push(ray.wavelength);
+            }
+            if is_out && ray.space == 0 && !is_straight(-leaving, &ray, 1.0) {
+                show(ray, &own.trail, &light);
+            }
+            let Some((excites, trail)) = own.waiting.pop() else { return };
+            (ray, own.trail) = (excites, trail);
+            (light, face, has_entered) = (L::default(), 0, true);
+        }
+    }
+
+    /// A ray of weight 1 that meets an outer face at x = y = 0, and the number of the face.
+    fn arrive(&self, direction: DVec3, wavelength: u16) -> (Traveller, usize) {
+        let faces = self.layers[0].faces.len();
+        let (face, space) = if direction.z < 0.0 { (faces - 1, faces) } else { (0, 0) };
+        let at = DVec3::new(0.0, 0.0, self.layers[0].faces[face].z);
+        let history = PathHistory::new(0);
+        let ray = Traveller {
+            at,
+            direction,
+            space,
+            weight: 1.0,
+            scatterings: 0,
+            wavelength,
+            history,
+            reach2: 0.0,
+        };
+        (ray, face)
+    }
+
+    /// Follows a ray at a face, or one that `has_entered` a space on its way on, until it leaves; false if
+    /// it ends before.
+    fn go<L: Light>(
+        &mut self,
+        ray: &mut Traveller,
+        (mut face, mut has_entered): (usize, bool),
+        light: &mut L,
+        rng: &mut PathStream,
+    ) -> bool {
+        loop {
+            if !std::mem::take(&mut has_entered) && self.meet(ray, face, light, rng).is_none() {
+                return false;
+            }
+            if ray.space == 0 || ray.space == self.layers[0].faces.len() {
+                return true;
+            }
+            match self.travel(ray, light, rng) {
+                Some(next) => face = next,
+                None => return false,
+            }
+        }
     }
 
     /// Takes light from outside across an outer face, if that is smooth.
@@ -318,6 +402,7 @@ impl LayerWalk<'_, '_, '_> {
             let to_end = self.ends.map_or(f64::INFINITY, |ends| ends.ahead(ray.at, ray.direction));
             let (length, is_end) = (length.min(to_end), to_end < length);
             let way = Ray { origin: ray.at, direction: ray.direction };
+            let before = *ray;
             if let Some(collisions) = &medium.collisions {
                 let power = (&mut ray.weight, &mut ray.scatterings);
                 let turned = match tracer.fly(medium, collisions, (&way, length), power, rng, tally)
@@ -326,10 +411,18 @@ impl LayerWalk<'_, '_, '_> {
                     Flight::Lost => return None,
                     Flight::Absorbed(length) => {
                         ray.reach(way.at(length));
+                        if let Some(backwards) = &mut self.backwards {
+                            backwards.excite(&before, length, medium.absorption, rng);
+                        }
                         return None;
                     }
                     Flight::Scattered(turned) => Some(turned),
                     Flight::Converted(turned, wavelength) => {
+                        if let Some(backwards) = &mut self.backwards {
+                            let length = (turned.origin - way.origin).length();
+                            backwards.excite(&before, length, medium.absorption, rng);
+                            return None;
+                        }
                         ray.wavelength = wavelength;
                         if !self.had.contains(&wavelength) {
                             self.had.push(wavelength);
@@ -338,6 +431,11 @@ impl LayerWalk<'_, '_, '_> {
                     }
                 };
                 if let Some(Ray { origin, direction }) = turned {
+                    if let Some(backwards) = &mut self.backwards {
+                        let length = (origin - way.origin).length();
+                        backwards.excite(&before, length, medium.absorption, rng);
+                        backwards.visit(origin);
+                    }
                     light.depolarise();
                     (ray.at, ray.direction) = (origin, direction);
                     ray.reach(origin);
@@ -346,6 +444,10 @@ impl LayerWalk<'_, '_, '_> {
             }
             // Before chance may end the light: a ray to an end has come to it whatever lies beyond.
             ray.reach(way.at(length));
+            if let Some(backwards) = &mut self.backwards {
+                backwards.excite(&before, length, medium.absorption, rng);
+                backwards.visit(way.at(length));
+            }
             if medium.absorption > 0.0 {
                 let transmittance = (-medium.absorption * length).exp();
                 tracer.transmit(medium.line, transmittance, &mut ray.weight, rng, tally);

@@ -16,10 +16,14 @@
 //! cell, and a run with cells of twice the width shows it ([`TabulatedFilms::widened`]). Light that
 //! passes straight, or is mirrored by level faces, keeps the direction of the ray.
 //!
+//! Receivers that look into a narrow cone are reached by few outcomes. Where all faces of the films are
+//! reciprocal they read light that is traced backwards from the cone ([`backward`]).
+//!
 //! Every group of paths draws from outcomes of its own. Groups share nothing, and their scatter
 //! holds the noise of the table. Outcome k of a cell of a group is a function of the films, the
 //! seed, cell, group and k alone: whether it is drawn or read changes no bit.
 
+mod backward;
 mod cells;
 mod layers;
 mod part;
@@ -28,7 +32,9 @@ mod walker;
 
 pub use cells::StackSymmetry;
 pub use surface::{StackShares, StackSurface};
-pub(crate) use walker::{BoundStack, StackWalker};
+pub(crate) use walker::{BoundStack, Exits, StackWalker};
+
+use layers::Layers;
 
 use crate::checkpoint::CheckpointStore;
 use crate::path::Tracer;
@@ -77,8 +83,11 @@ pub struct FilmTable {
     /// What ends them there; edges on both axes or on none.
     pub borders: [StackBorder; 2],
     /// Sine squared of the half angle of a cone about z that receivers above look into, 0 without one:
-    /// light into it is followed as a share of its own.
+    /// light into it is followed as a share of its own, or traced backwards.
     pub seen_sin2: f64,
+    /// Numbers of the receivers of the run above the films that look into this cone or a narrower one
+    /// about z, and read no polarisation.
+    pub viewers: Vec<usize>,
 }
 
 /// A table as a run uses it.
@@ -100,6 +109,9 @@ impl TabulatedFilms<'_> {
         // Rays of files may begin between films.
         let are_outside = !self.table.borders.contains(&StackBorder::Edge)
             && !sources.any(|placed| matches!(placed.source.emission, Emission::Rays(_)));
+        if self.table.looks_back() {
+            tracer.receivers.look_back(&self.table.viewers);
+        }
         if are_outside {
             tracer.receivers.leave_out(self.table.passages.iter().map(|passage| passage.receiver));
         }
@@ -107,6 +119,12 @@ impl TabulatedFilms<'_> {
 }
 
 impl FilmTable {
+    /// True if light into the cone of receivers is traced backwards: all faces are reciprocal.
+    pub fn looks_back(&self) -> bool {
+        let are_reciprocal = || self.scenes.iter().all(|scene| Layers::new(scene).are_reciprocal());
+        self.seen_sin2 > 0.0 && !self.viewers.is_empty() && are_reciprocal()
+    }
+
     /// Distance of the lowest and the highest face, mm.
     pub(crate) fn height_mm(&self) -> f64 {
         self.scenes[0].bodies[0].bounds.high.z

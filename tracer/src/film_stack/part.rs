@@ -100,6 +100,22 @@ impl Way {
     pub const ALL: [Self; 3] = [Self::Back, Self::Beyond, Self::Seen];
 }
 
+/// The cone about z that receivers look into.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Cone {
+    /// Sine squared of its half angle, 0 for none.
+    pub sin2: f64,
+    /// True if what does not pass straight is traced backwards from it.
+    pub looks_back: bool,
+}
+
+impl Cone {
+    /// True of an outcome that leaves into it and is not traced backwards.
+    fn holds(&self, sin2: f64, course: Course) -> bool {
+        sin2 < self.sin2 && (course == Course::Through || !self.looks_back)
+    }
+}
+
 /// Outcomes of a band that leave in one way.
 #[derive(Debug, Clone, Default)]
 struct Share {
@@ -176,7 +192,7 @@ const ENOUGH: u32 = 1 << 14;
 /// Of the rays after that, one in so many does.
 const SELDOM: u32 = 8;
 /// Outcomes that a group takes before all rays share known ones.
-const PLENTY: u32 = 1 << 16;
+pub(super) const PLENTY: u32 = 1 << 16;
 /// Outcomes of a cell, at most.
 pub(super) const MOST: u64 = 1 << 20;
 /// Bytes of an outcome without entries, with and without light.
@@ -184,7 +200,7 @@ const BYTES: [usize; 2] = [51 + 48, 51];
 
 impl Cell {
     /// See [`Part::take`].
-    fn take(&mut self, falls: bool, seen_sin2: f64, has_bands: bool) {
+    fn take(&mut self, falls: bool, cone: &Cone, has_bands: bool) {
         let number = self.taken;
         let outcome = &self.outcomes[number as usize];
         self.taken += 1;
@@ -201,7 +217,7 @@ impl Cell {
         let Vec3 { x, y, z } = outcome.direction;
         let way = if (z < 0.0) != falls {
             Way::Back
-        } else if !falls && f64::from(x * x + y * y) < seen_sin2 {
+        } else if !falls && cone.holds(f64::from(x * x + y * y), outcome.course) {
             Way::Seen
         } else {
             Way::Beyond
@@ -254,12 +270,12 @@ impl Part {
     }
 
     /// Has the run take the next outcome of a cell, of light that falls or rises; one that leaves upwards
-    /// is seen below this sine squared of its angle.
+    /// in the cone is a share of its own.
     #[inline]
-    pub fn take(&mut self, cell: usize, falls: bool, seen_sin2: f64) {
+    pub fn take(&mut self, cell: usize, falls: bool, cone: &Cone) {
         self.taken += 1;
         let has_bands = self.has_bands;
-        self.cell(cell).take(falls, seen_sin2, has_bands);
+        self.cell(cell).take(falls, cone, has_bands);
     }
 
     /// Puts the next outcome into a cell.
@@ -389,11 +405,18 @@ impl Part {
         }
     }
 
-    /// All outcomes as bytes, if there are more than were read.
-    pub fn grown_bytes(&self) -> Option<Vec<u8>> {
-        if !self.has_grown {
-            return None;
-        }
+    /// Outcomes that the run takes.
+    pub fn taken(&self) -> u32 {
+        self.taken
+    }
+
+    /// True if there are more outcomes than were read.
+    pub fn has_grown(&self) -> bool {
+        self.has_grown
+    }
+
+    /// All outcomes as bytes.
+    pub fn bytes(&self) -> Vec<u8> {
         let filled = || {
             let cells = self.cells.iter().enumerate();
             cells.filter_map(|(number, cell)| Some((number, cell.as_deref()?)))
@@ -424,10 +447,10 @@ impl Part {
                 }
             }
         }
-        Some(bytes)
+        bytes
     }
 
-    /// What [`Self::grown_bytes`] made, of as many cells and of accounts below `accounts`; `None` of
+    /// What [`Self::bytes`] made, of as many cells and of accounts below `accounts`; `None` of
     /// other bytes.
     pub fn from_bytes(
         bytes: &[u8],
@@ -523,7 +546,7 @@ mod tests {
             if part.visit(0) {
                 assert_eq!(part.lacks(0), Some(uses.len() as u32));
                 part.put(0, outcome(0.5, 1.0), None, &[]);
-                part.take(0, false, 0.0);
+                part.take(0, false, &Cone::default());
                 uses.push(0);
             }
             uses[part.one(0).0] += 1;
@@ -543,7 +566,7 @@ mod tests {
         let drawn = [(-0.5, 0.9), (0.99, 0.25), (0.5, 0.1), (0.3, 0.3), (0.5, 0.0)];
         for (z, weight) in drawn {
             part.put(1, outcome(z, weight), None, &[(4, 1.0 - weight)]);
-            part.take(1, false, 0.5);
+            part.take(1, false, &Cone { sin2: 0.5, looks_back: false });
             part.all_within(1, f64::INFINITY, 2.0);
         }
         part.use_one(1, 0, 3.0);
@@ -580,7 +603,7 @@ mod tests {
             let mut drawn = outcome(0.5, weight);
             drawn.reach = reach;
             part.put(0, drawn, None, &[(0, 1.0)]);
-            part.take(0, false, 0.0);
+            part.take(0, false, &Cone::default());
         }
         let mut is_share = |room: f64, expected: Option<f64>| {
             let share = part.one_of(0, Way::Beyond, room, &mut rng).map(|found| found.2);
@@ -628,11 +651,11 @@ mod tests {
             let light = Stokes { q: 0.5, u: real, v: -0.1, s: DVec3::X };
             part.put(usize::from(k % 3), outcome, Some(light), &[(3, real), (9, 0.25)]);
         }
-        let bytes = part.grown_bytes().expect("new ones");
-        let mut read = Part::from_bytes(&bytes, (5, false), 10).expect("as written");
-        assert!(read.grown_bytes().is_none());
-        read.has_grown = true;
-        assert_eq!(read.grown_bytes().expect("all of it"), bytes);
+        assert!(part.has_grown());
+        let bytes = part.bytes();
+        let read = Part::from_bytes(&bytes, (5, false), 10).expect("as written");
+        assert!(!read.has_grown());
+        assert_eq!(read.bytes(), bytes);
         assert!(Part::from_bytes(&bytes, (2, false), 10).is_none());
         assert!(Part::from_bytes(&bytes, (5, false), 9).is_none());
         assert!(Part::from_bytes(&bytes[..bytes.len() - 1], (5, false), 10).is_none());

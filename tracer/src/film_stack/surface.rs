@@ -90,6 +90,7 @@ impl StackSurface {
             had: Vec::new(),
             ends: None,
             ended: None,
+            backwards: None,
         };
         for number in 0..count {
             let mut rng = streams.path(number);

@@ -3,9 +3,10 @@
 
 use glam::{DVec2, DVec3};
 
+use super::backward::{Excitations, Sight, Sights};
 use super::cells::{Cells, Turn};
 use super::layers::{Ends, LayerWalk, Layers, SAME, Traveller};
-use super::part::{Course, Entry, Exit, FilmOutcome, MOST, Part, Way};
+use super::part::{Cone, Course, Entry, Exit, FilmOutcome, MOST, Part, Way};
 use super::{Passage, StackBorder, TabulatedFilms};
 use crate::error::{Error, check};
 use crate::ledger::Ledger;
@@ -23,8 +24,9 @@ const TO_END_MM: f64 = 1e-3;
 const ROULETTE_BELOW: f64 = 0.01;
 /// Weight from which a path goes on in all ways in which outcomes leave.
 const SPLIT_FROM: f64 = 0.2;
-/// Added to the seed of a run.
+/// Added to the seed of a run, for outcomes and for rays traced backwards.
 const SALT: u64 = 0x66_696c_6d73;
+const BACKWARD_SALT: u64 = 0x7369_6768_7473;
 
 /// A table bound to the scenes of a run.
 pub(crate) struct BoundStack<'a> {
@@ -41,6 +43,8 @@ pub(crate) struct BoundStack<'a> {
     accounts: usize,
     /// The line of a surface of the films in the ledger of the run.
     lines: Vec<u32>,
+    cone: Cone,
+    excitations: Excitations,
     seed: u64,
     /// Distance from the outer faces at which light goes on, mm.
     offset: f64,
@@ -84,6 +88,7 @@ impl<'a> BoundStack<'a> {
         let within = table.half_mm.map(|half| if has_ends { half - TO_END_MM } else { half });
         let half_mm = if has_ends { within.into() } else { DVec2::INFINITY };
         let counts = [layers[0].gaps() + 1, table.scenes[0].bodies[0].surfaces.len()];
+        let excitations = Excitations::new(&layers, wavelengths);
         let faces =
             scenes.iter().map(|scene| FilmFaces::new(scene, table.ends_mm(), counts, within));
         Ok(Self {
@@ -95,7 +100,9 @@ impl<'a> BoundStack<'a> {
             half_mm,
             accounts,
             lines: lines.collect(),
-            seed: settings.seed ^ SALT,
+            cone: Cone { sin2: table.seen_sin2, looks_back: table.looks_back() },
+            excitations,
+            seed: settings.seed,
             offset: scenes[0].offset(),
         })
     }
@@ -103,6 +110,11 @@ impl<'a> BoundStack<'a> {
     /// Number of cells of all wavelengths, sides and states of polarisation.
     fn slots(&self) -> usize {
         self.tracers.len() * SIDES_AND_STATES * self.cells.count()
+    }
+
+    /// Number of cells of all wavelengths of rays that rise.
+    fn seen_slots(&self) -> usize {
+        self.tracers.len() * self.cells.count()
     }
 
     /// Distance of a ray that meets the stack from where the films end, mm.
@@ -127,6 +139,8 @@ pub(crate) struct StackWalker<'w, 'a> {
     /// Light that passed each gap upwards and downwards, at each wavelength.
     passed: Vec<Vec<[f64; 2]>>,
     streams: Streams,
+    sights: Sights,
+    backward_streams: Streams,
 }
 
 impl<'w, 'a> StackWalker<'w, 'a> {
@@ -136,16 +150,24 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         let accounts = (stack.accounts * stack.tracers.len()) as u32;
         let shape = (slots, stack.half_mm.is_finite());
         let parts = stack.films.parts;
-        let kept = parts.and_then(|parts| Part::from_bytes(&parts.find(group)?, shape, accounts));
+        let seen = (stack.seen_slots(), stack.cone.sin2);
+        let (mut part, mut sights) = (None, None);
+        if let Some((own, rest)) = parts.and_then(|parts| parted(&parts.find(group)?)) {
+            part = Part::from_bytes(&own, shape, accounts);
+            sights = Sights::from_bytes(&rest, seen, stack.tracers.len() as u16);
+        }
+        let streams = |salt: u64| Streams::new(&mut random::stream(stack.seed ^ salt, group));
         Self {
             stack,
             group,
-            part: kept.unwrap_or_else(|| Part::new(shape.0, shape.1)),
+            part: part.unwrap_or_else(|| Part::new(shape.0, shape.1)),
             booked: Vec::new(),
             left: vec![0.0; accounts as usize],
             tallies: stack.tracers.iter().map(|tracer| Tally::new(&tracer.receivers)).collect(),
             passed: vec![vec![[0.0; 2]; stack.layers[0].gaps()]; stack.layers.len()],
-            streams: Streams::new(&mut random::stream(stack.seed, group)),
+            streams: streams(SALT),
+            sights: sights.unwrap_or_else(|| Sights::new(seen.0, seen.1)),
+            backward_streams: streams(BACKWARD_SALT),
         }
     }
 
@@ -163,7 +185,7 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         path: &mut PathState,
         light: &mut L,
         rng: &mut PathStream,
-        exits: &mut Vec<(PathState, L)>,
+        exits: &mut Exits<L>,
     ) -> bool {
         let stack = self.stack;
         if !L::CARRIED && self.mirrors(path, rng) {
@@ -184,9 +206,13 @@ impl<'w, 'a> StackWalker<'w, 'a> {
                 let (outcome, light, _) = self.draw::<L>(slot, u64::from(number), None);
                 self.part.put(slot, outcome, L::CARRIED.then_some(light), &self.booked);
             }
-            self.part.take(slot, falls, stack.films.table.seen_sin2);
+            self.part.take(slot, falls, &stack.cone);
         }
         let room = stack.room(&path.ray);
+        if stack.cone.looks_back && !falls {
+            self.look_back::<L>();
+            exits.seen.extend(self.see(path, light, (cell, &turn, room), rng));
+        }
         let one = if path.weight < SPLIT_FROM {
             Some(self.part.one(slot))
         } else {
@@ -209,7 +235,7 @@ impl<'w, 'a> StackWalker<'w, 'a> {
             }
             let (mut exit, mut exit_light) = (arrived, arrived_light);
             self.send(&mut exit, &mut exit_light, (slot, number), &outcome, (weight, &turn));
-            exits.push((exit, exit_light));
+            exits.paths.push((exit, exit_light));
         }
         goes_back
     }
@@ -233,6 +259,75 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         path.history.bounces = path.history.bounces.saturating_add(1);
         path.history.at = path.ray.origin.truncate().to_array();
         true
+    }
+
+    /// Follows as many rays backwards from the cone of receivers as the run has taken outcomes.
+    fn look_back<L: Light>(&mut self) {
+        let wavelengths = self.stack.tracers.len() as u32;
+        while self.sights.lags(wavelengths, self.part.taken()) {
+            for start in self.sights.lacking(wavelengths) {
+                let sights = self.sights_of::<L>(start, (start % wavelengths) as u16);
+                self.sights.put(sights);
+            }
+            self.sights.take(wavelengths);
+        }
+    }
+
+    /// Follows a ray backwards from the cone of receivers.
+    fn sights_of<L: Light>(&mut self, start: u32, wavelength: u16) -> Vec<Sight> {
+        let Self { stack, tallies, passed, backward_streams, .. } = self;
+        let mut rng = backward_streams.path(u64::from(start));
+        let leaving = random::cosine(&mut rng, stack.cone.sin2.sqrt());
+        let mut walk = LayerWalk {
+            layers: &stack.layers,
+            tracers: &stack.tracers,
+            tallies,
+            passed,
+            had: Vec::new(),
+            ends: None,
+            ended: None,
+            backwards: None,
+        };
+        let mut sights = Vec::new();
+        let begins = (leaving, wavelength, &stack.excitations);
+        walk.follow_back::<L>(begins, &mut rng, |mut ray, trail, light| {
+            ray.weight = stack.within(&ray, L::CARRIED);
+            let (cell, turn) = stack.cells.find(-ray.direction);
+            let slot = usize::from(ray.wavelength) * stack.cells.count() + cell as usize;
+            let own = (start, slot as u32, &turn);
+            sights.push(Sight::new(own, (leaving, wavelength), (&ray, trail, light.stokes())));
+        });
+        // Light traced backwards is booked nowhere.
+        let had = walk.had;
+        self.flush(&had, |_, _| {});
+        sights
+    }
+
+    /// Light into the cone of receivers from a ray that rises from a cell.
+    fn see<L: Light>(
+        &self,
+        path: &PathState,
+        light: &L,
+        (cell, turn, room): (u32, &Turn, f64),
+        rng: &mut PathStream,
+    ) -> Option<PathState> {
+        let stack = self.stack;
+        let slot = usize::from(path.wavelength) * stack.cells.count() + cell as usize;
+        let (sight, mean) = self.sights.one(slot, rng)?;
+        if f64::from(sight.reach) > room {
+            return None;
+        }
+        let share = stack.cone.sin2 * stack.cells.count() as f64 * mean;
+        let mut seen = *path;
+        seen.weight *= share * stack.seen_of(&sight, path.ray.direction, light, turn);
+        seen.wavelength = sight.wavelength;
+        seen.scatterings = 0;
+        let line = stack.layers[usize::from(sight.wavelength)].top_line();
+        stack.meet(&mut seen, (sight.bounces, line));
+        let direction = turn.apply(sight.direction()).normalize();
+        let place = turn.apply(sight.place().extend(0.0)).truncate();
+        stack.place(&mut seen, &mut { *light }, (Exit { direction, place, sin: 0.0 }, None));
+        Some(seen)
     }
 
     /// Sends a path on as an outcome says that stands for all of it; false if it ends. An outcome that has
@@ -262,7 +357,11 @@ impl<'w, 'a> StackWalker<'w, 'a> {
             }
         }
         self.part.use_one(slot, number, weight);
-        self.send(path, light, (slot, number), outcome, (weight * outcome.weight, turn))
+        let goes_on =
+            self.send(path, light, (slot, number), outcome, (weight * outcome.weight, turn));
+        // Sights have been no farther.
+        path.history.is_seen &= f64::from(outcome.reach) <= room;
+        goes_on
     }
 
     /// Sends a path on as an outcome says, with this weight; false if it ends.
@@ -281,7 +380,14 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         if outcome.course == Course::Ended {
             return false;
         }
+        let rises = path.ray.direction.z > 0.0;
         let exit = Exit::of(outcome, &path.ray, turn);
+        let across = exit.direction.truncate().length_squared();
+        path.history.is_seen = rises
+            && stack.cone.looks_back
+            && outcome.course == Course::Turned
+            && exit.direction.z > 0.0
+            && across < stack.cone.sin2;
         let of_light = L::CARRIED.then(|| turned(self.part.light(slot, number), turn));
         stack.place(path, light, (exit, of_light));
         true
@@ -322,29 +428,41 @@ impl<'w, 'a> StackWalker<'w, 'a> {
             had: vec![wavelength],
             ends,
             ended: None,
+            backwards: None,
         };
         let entering = (direction, !L::CARRIED);
         let outcome = walk.follow(entering, wavelength, &mut light, &mut rng);
         let LayerWalk { had, ended, .. } = walk;
-        self.booked.clear();
-        for number in had.into_iter().map(usize::from) {
+        let mut booked = std::mem::take(&mut self.booked);
+        booked.clear();
+        self.flush(&had, |account, power| booked.push((account, power)));
+        self.booked = booked;
+        (outcome, light.stokes(), ended)
+    }
+
+    /// Takes what light of these wavelengths has booked in the films.
+    fn flush(&mut self, wavelengths: &[u16], mut take: impl FnMut(u32, f64)) {
+        for number in wavelengths.iter().copied().map(usize::from) {
             let passed = self.passed[number].iter_mut().flatten();
             let powers = self.tallies[number].totals.ledger.powers().chain(passed);
             for (account, power) in powers.enumerate() {
                 if *power != 0.0 {
-                    let number = number * stack.accounts + account;
-                    self.booked.push((number as u32, std::mem::take(power)));
+                    let number = number * self.stack.accounts + account;
+                    take(number as u32, std::mem::take(power));
                 }
             }
         }
-        (outcome, light.stokes(), ended)
     }
 
     /// Books what all outcomes stood for in the tallies of the run, and has new ones kept.
     pub fn close(self, tallies: &mut [&mut Tally<'_>]) {
-        let Self { stack, group, part, left, .. } = self;
-        if let Some((parts, bytes)) = stack.films.parts.zip(part.grown_bytes()) {
-            parts.keep(group, &bytes);
+        let Self { stack, group, part, left, sights, .. } = self;
+        if let Some(parts) = stack.films.parts
+            && (part.has_grown() || sights.has_grown)
+        {
+            let own = part.bytes();
+            let length = (own.len() as u64).to_le_bytes();
+            parts.keep(group, &[&length[..], &own, &sights.bytes()].concat());
         }
         let mut sums = left;
         part.book(|(account, power), used| sums[*account as usize] += used * power);
@@ -360,6 +478,28 @@ impl<'w, 'a> StackWalker<'w, 'a> {
                 totals.readings[*receiver][0] += passed[2 * gap + way];
             }
         }
+    }
+}
+
+/// The bytes of outcomes and of sights.
+fn parted(bytes: &[u8]) -> Option<(Vec<u8>, Vec<u8>)> {
+    let (length, rest) = bytes.split_first_chunk()?;
+    let own = usize::try_from(u64::from_le_bytes(*length)).ok()?;
+    let (own, sights) = rest.split_at_checked(own)?;
+    Some((own.to_vec(), sights.to_vec()))
+}
+
+/// Paths that leave a film stack beside the one that has met it.
+pub(crate) struct Exits<L> {
+    /// Other ways of its light.
+    pub paths: Vec<(PathState, L)>,
+    /// Light that receivers into a narrow cone see, and nothing else.
+    pub seen: Vec<PathState>,
+}
+
+impl<L> Default for Exits<L> {
+    fn default() -> Self {
+        Self { paths: Vec::new(), seen: Vec::new() }
     }
 }
 
@@ -392,6 +532,27 @@ fn turned(light: Stokes, turn: &Turn) -> Stokes {
 }
 
 impl BoundStack<'_> {
+    /// Weight of a ray traced backwards that leaves below, for light that has got into the films there.
+    fn within(&self, ray: &Traveller, is_carried: bool) -> f64 {
+        let layers = &self.layers[usize::from(ray.wavelength)];
+        match layers.smooth_outer_face(-ray.direction) {
+            Some((_, Some((reflectance, _)))) if !is_carried => ray.weight / (1.0 - reflectance),
+            _ => ray.weight,
+        }
+    }
+
+    /// Share of light, over that of unpolarised light, that a sight has of a ray along `direction`.
+    fn seen_of<L: Light>(&self, sight: &Sight, direction: DVec3, light: &L, turn: &Turn) -> f64 {
+        if !L::CARRIED {
+            return 1.0;
+        }
+        let seen = turned(sight.light(), turn);
+        let across = seen.s - direction * direction.dot(seen.s);
+        let Some(s) = across.try_normalize() else { return 1.0 };
+        let own = light.stokes().turned(direction, s);
+        1.0 + own.q * seen.q - own.u * seen.u + own.v * seen.v
+    }
+
     /// Puts a path to where light has come to an end of the films, between or in them.
     fn put_into_films(&self, path: &mut PathState, ended: &Traveller, turn: &Turn) {
         let wavelength = usize::from(ended.wavelength);

@@ -69,6 +69,13 @@ impl Luminophore {
         self.cumulated.partition_point(|sum| *sum <= pick).min(last)
     }
 
+    /// Expected power at the wavelength of this number for each power absorbed, at `shift` times the
+    /// photons' energy.
+    pub(crate) fn yields(&self, number: usize, shift: f64) -> f64 {
+        let below = number.checked_sub(1).map_or(0.0, |below| self.cumulated[below]);
+        self.quantum_yield * (self.cumulated[number] - below) * shift
+    }
+
     pub(crate) fn wavelengths(&self) -> usize {
         self.cumulated.len()
     }

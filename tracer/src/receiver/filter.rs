@@ -37,6 +37,8 @@ pub(crate) struct PathHistory {
     pub line: u32,
     /// x and y of the last interaction in the frame of its body, mm.
     pub at: [f64; 2],
+    /// True of light that receivers into a narrow cone have read, traced backwards.
+    pub is_seen: bool,
 }
 
 impl PathHistory {
@@ -46,7 +48,7 @@ impl PathHistory {
     /// Of a path that begins.
     #[inline]
     pub fn new(source: u32) -> Self {
-        Self { source, bounces: 0, line: Self::NO_LINE, at: [0.0; 2] }
+        Self { source, bounces: 0, line: Self::NO_LINE, at: [0.0; 2], is_seen: false }
     }
 
     /// Notes an interaction with the surface of this line.
@@ -55,6 +57,7 @@ impl PathHistory {
         self.bounces += 1;
         self.line = line as u32;
         self.at = at;
+        self.is_seen = false;
     }
 }
 

@@ -28,6 +28,8 @@ struct CompiledReceiver<'a> {
     stokes_axis: Option<DVec3>,
     /// True if no segment of the run can reach it.
     is_idle: bool,
+    /// True if it reads light traced backwards, and passes over the same light traced forwards.
+    is_viewer: bool,
 }
 
 /// All receivers of a run.
@@ -40,6 +42,8 @@ pub(crate) struct Receivers<'a> {
     /// True if any reads surfaces.
     surfaces: bool,
     /// True if any has a filter.
+    filters: bool,
+    /// True if any asks for the past of light.
     history: bool,
     light: bool,
 }
@@ -50,6 +54,12 @@ impl<'a> Receivers<'a> {
         numbers.into_iter().for_each(|number| self.all[number].is_idle = true);
     }
 
+    /// Has the receivers of these numbers read light traced backwards.
+    pub fn look_back(&mut self, numbers: &[usize]) {
+        numbers.iter().for_each(|number| self.all[*number].is_viewer = true);
+        self.history |= !numbers.is_empty();
+    }
+
     /// True if any reads segments that end at a surface.
     pub fn read_segments(&self) -> bool {
         self.read_from <= 0.0
@@ -57,7 +67,7 @@ impl<'a> Receivers<'a> {
 
     /// True if any needs every interaction.
     pub fn observe_interactions(&self) -> bool {
-        self.history || self.surfaces
+        self.filters || self.surfaces
     }
 
     /// Receivers that fit the scene.
@@ -72,8 +82,10 @@ impl<'a> Receivers<'a> {
             filter: receiver.filter().map(|filter| CompiledFilter::new(filter, &scene.lines)),
             stokes_axis: receiver.stokes_axis(),
             is_idle: false,
+            is_viewer: false,
         };
         let all: Vec<_> = receivers.iter().map(compiled).collect();
+        let filters = all.iter().any(|receiver| receiver.filter.is_some());
         let needs = |wanted: fn(Needs<'_>) -> bool| receivers.iter().any(|r| wanted(r.needs()));
         Self {
             scene,
@@ -85,7 +97,8 @@ impl<'a> Receivers<'a> {
                 f64::NAN
             },
             surfaces: needs(|needs| matches!(needs, Needs::Surface(_))),
-            history: all.iter().any(|receiver| receiver.filter.is_some()),
+            filters,
+            history: filters,
             light: all.iter().any(|receiver| receiver.stokes_axis.is_some()),
             all,
         }
@@ -154,6 +167,18 @@ impl<'a> Tally<'a> {
         }
     }
 
+    /// Shows light traced backwards to the receivers that read it.
+    pub fn view(&mut self, ray: &Ray, length: f64, weight: f64, history: &PathHistory) {
+        for (receiver, readings) in self.receivers.all.iter().zip(&mut self.totals.readings) {
+            let filter = &receiver.filter;
+            if receiver.is_viewer && filter.as_ref().is_none_or(|filter| filter.passes(history)) {
+                if let Some(bin) = receiver.receiver.bin(ray, length) {
+                    readings[bin] += weight;
+                }
+            }
+        }
+    }
+
     /// Books an event in the ledger.
     #[expect(clippy::inline_always, reason = "part of the loop over a path")]
     #[inline(always)]
@@ -185,13 +210,15 @@ impl<'a> Tally<'a> {
                 continue;
             }
             receiver.receiver.bin_many(segments, &mut bins);
-            if receiver.filter.is_none() && receiver.stokes_axis.is_none() {
+            let needs_past = receiver.filter.is_some() || receiver.is_viewer;
+            if !needs_past && receiver.stokes_axis.is_none() {
                 add_all(&bins[..segments.count], &segments.weight, readings);
                 continue;
             }
             for (k, bin) in bins.iter().enumerate().take(segments.count) {
                 let past = || &segments.history[k];
-                let filtered = receiver.filter.as_ref().is_some_and(|f| !f.passes(past()));
+                let filtered = receiver.filter.as_ref().is_some_and(|f| !f.passes(past()))
+                    || (receiver.is_viewer && past().is_seen);
                 if *bin == NO_BIN || filtered {
                     continue;
                 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Paths through one scene, or through the scenes of several wavelengths.
 
-use crate::film_stack::StackWalker;
+use crate::film_stack::{Exits, StackWalker};
 use crate::observer::Observer;
 use crate::optics::polarisation::Light;
 use crate::path::{PathState, Stop, Tracer, Walk};
@@ -23,13 +23,19 @@ pub(super) trait Walker<L: Light> {
         rng: &mut PathStream,
         surfaces: u32,
     ) -> bool {
-        let mut exits = Vec::new();
+        let mut exits = Exits::default();
         let is_over = self.walk_one_to(path, light, rng, surfaces, &mut exits);
-        while let Some((mut path, mut light)) = exits.pop() {
+        while let Some((mut path, mut light)) = exits.paths.pop() {
             self.walk_one_to(&mut path, &mut light, rng, u32::MAX, &mut exits);
+        }
+        for seen in exits.seen {
+            self.show_seen(seen, rng);
         }
         is_over
     }
+
+    /// Shows light that receivers into a narrow cone see.
+    fn show_seen(&mut self, path: PathState, rng: &mut PathStream);
 
     /// Follows a path until it has met `surfaces` surfaces; true if it has ended, and all of its
     /// power but that of `exits` is booked.
@@ -39,7 +45,7 @@ pub(super) trait Walker<L: Light> {
         light: &mut L,
         rng: &mut PathStream,
         surfaces: u32,
-        exits: &mut Vec<(PathState, L)>,
+        exits: &mut Exits<L>,
     ) -> bool;
 }
 
@@ -64,7 +70,7 @@ fn passes<L: Light>(
     path: &mut PathState,
     light: &mut L,
     rng: &mut PathStream,
-    exits: &mut Vec<(PathState, L)>,
+    exits: &mut Exits<L>,
 ) -> bool {
     films.as_mut().is_some_and(|films| films.pass(path, light, rng, exits))
 }
@@ -86,6 +92,12 @@ impl<L: Light, O: Observer> Walker<L> for SceneWalker<'_, '_, O> {
         self.tracer.begin(ray, (source, placed), self.tally, self.observer)
     }
 
+    fn show_seen(&mut self, path: PathState, rng: &mut PathStream) {
+        let Self { tracer, tally, .. } = self;
+        let (light, observer) = (&mut L::default(), &mut ());
+        Walk { tracer, path, light, rng, tally, observer }.show_seen();
+    }
+
     #[inline]
     fn walk_one_to(
         &mut self,
@@ -93,7 +105,7 @@ impl<L: Light, O: Observer> Walker<L> for SceneWalker<'_, '_, O> {
         light: &mut L,
         rng: &mut PathStream,
         surfaces: u32,
-        exits: &mut Vec<(PathState, L)>,
+        exits: &mut Exits<L>,
     ) -> bool {
         loop {
             let Self { tracer, tally, films, observer, .. } = self;
@@ -134,13 +146,20 @@ impl<L: Light, O: Observer> Walker<L> for SpectralWalker<'_, '_, O> {
         self.tracers[wavelength].begin(ray, (source, placed), tally, self.observer)
     }
 
+    fn show_seen(&mut self, path: PathState, rng: &mut PathStream) {
+        let tracer = &self.tracers[usize::from(path.wavelength)];
+        let tally = &mut self.tallies[usize::from(path.wavelength)];
+        let (light, observer) = (&mut L::default(), &mut ());
+        Walk { tracer, path, light, rng, tally, observer }.show_seen();
+    }
+
     fn walk_one_to(
         &mut self,
         path: &mut PathState,
         light: &mut L,
         rng: &mut PathStream,
         surfaces: u32,
-        exits: &mut Vec<(PathState, L)>,
+        exits: &mut Exits<L>,
     ) -> bool {
         loop {
             let wavelength = path.wavelength;

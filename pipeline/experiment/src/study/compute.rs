@@ -36,7 +36,7 @@ use crate::missing_figure::missing_figure;
 use super::trace_figures::{NamedFigures, SetupFigures, TraceId};
 
 /// Version of tracing and reading; raise it whenever the same design would give other numbers.
-pub(crate) const TRACE_VERSION: u32 = 10;
+pub(crate) const TRACE_VERSION: u32 = 11;
 
 /// Folder in the cache of the figures of traces.
 const FOLDER: &str = "traces";
