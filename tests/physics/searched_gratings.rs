@@ -69,8 +69,8 @@ fn nightly_estimates_bound_the_departure_from_boundary_integrals() {
 }
 
 #[test]
-#[ignore = "slow: a ring at twice the slices and 1.4 times the orders (60 s)"]
-fn estimates_bound_the_departure_from_a_finer_run_in_conical_mount() {
+#[ignore = "nightly: a ring at twice the slices and 1.4 times the orders (60 s)"]
+fn nightly_estimates_bound_the_departure_from_a_finer_run_in_conical_mount() {
     let angles = [32.0, 40.0];
     let (file, band) = ("d2.toml", 6);
     let (number, interface) = ring(file, band).expect("a ring");

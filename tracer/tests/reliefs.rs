@@ -188,8 +188,8 @@ fn compare(relief: Relief, direction: DVec3) -> f64 {
 }
 
 #[test]
-#[ignore = "slow: twelve reliefs as meshes, lit from above and from within (60 s)"]
-fn one_cell_sends_light_where_a_mesh_of_many_does() {
+#[ignore = "nightly: twelve reliefs as meshes, lit from above and from within (60 s)"]
+fn nightly_one_cell_sends_light_where_a_mesh_of_many_does() {
     let mut scores = Vec::new();
     for lattice in [ReliefLattice::Square, ReliefLattice::Hexagonal] {
         for (shape, base, height) in [

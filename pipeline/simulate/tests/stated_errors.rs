@@ -80,8 +80,8 @@ fn judge(
 }
 
 #[test]
-#[ignore = "slow: 40 seeds of five scenes (80 s)"]
-fn errors_are_the_scatter_over_seeds_or_not_resolved() {
+#[ignore = "nightly: 40 seeds of five scenes (80 s)"]
+fn nightly_errors_are_the_scatter_over_seeds_or_not_resolved() {
     let boxes = parsed(&(BOXES.replace("average = \"none\"", AREA) + GLOW));
     let chips = parsed(include_str!("../../../tests/findings/t01-lambert-array.toml"));
     let colours = parsed(&(BOXES.replace("power_w = 0.7\n", "") + COLOURS));
