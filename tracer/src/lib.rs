@@ -84,6 +84,7 @@ pub use checkpoint::CheckpointStore;
 pub use error::Error;
 pub use film_stack::{
     FilmTable, Passage, StackBorder, StackShares, StackSurface, StackSymmetry, TabulatedFilms,
+    Viewer,
 };
 pub use ledger::{Ledger, Loss};
 pub use observer::{Fate, Interaction, Observer};

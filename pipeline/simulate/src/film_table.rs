@@ -10,7 +10,7 @@ use tracer::receiver::{Sense, underscored};
 use tracer::shape::{Extent, Plane};
 use tracer::{
     Emission, Emitter, FilmTable, Filter, Measurement, Medium, Passage, Patch, Prototype, Region,
-    Scene, SceneBuilder, Shape, Source, StackBorder, StackSymmetry, Surface, SurfaceModel,
+    Scene, SceneBuilder, Shape, Source, StackBorder, StackSymmetry, Surface, SurfaceModel, Viewer,
 };
 
 use design::Design;
@@ -336,7 +336,8 @@ impl FilmStack {
             let gap = tops.iter().filter(|top| *top < z).count() - 1;
             Passage { receiver: *receiver, gap, z_mm: z - low, sense: *sense }
         };
-        let cones = narrow_cones(&designs[0], high);
+        let (viewers, cones): (Vec<Viewer>, Vec<f64>) =
+            narrow_cones(&designs[0], high).into_iter().unzip();
         Ok(FilmTable {
             scenes: designs.iter().map(|design| alone(design, low)).collect::<Result<_>>()?,
             passages: inside.map(passage).collect(),
@@ -344,8 +345,8 @@ impl FilmStack {
             symmetry: self.symmetry,
             half_mm: self.size_mm.map(|length| 0.5 * length),
             borders: self.borders,
-            seen_sin2: cones.iter().map(|(_, sin2)| *sin2).fold(0.0, f64::max),
-            viewers: cones.into_iter().map(|(number, _)| BUILT_IN + number).collect(),
+            seen_sin2: cones.into_iter().fold(0.0, f64::max),
+            viewers,
         })
     }
 
@@ -377,9 +378,9 @@ impl FilmStack {
     }
 }
 
-/// Numbers of the receivers of `design` above the films that look into a narrow cone about z, each with
-/// the sine squared of its half angle.
-fn narrow_cones(design: &Design, high_mm: f64) -> Vec<(usize, f64)> {
+/// Receivers of `design` above the films that look into a narrow cone about z, each with the sine squared
+/// of its half angle.
+fn narrow_cones(design: &Design, high_mm: f64) -> Vec<(Viewer, f64)> {
     let cones = design.receivers.iter().enumerate().filter_map(|(number, receiver)| {
         let Measurement::Luminance(at, angles) = &receiver.detector.measurement else {
             return None;
@@ -388,7 +389,9 @@ fn narrow_cones(design: &Design, high_mm: f64) -> Vec<(usize, f64)> {
         let end_deg = angles.theta_edges_deg().last().copied()?;
         let is_narrow = !angles.has_view() && end_deg <= NARROW_DEG;
         let is_viewer = is_above && is_narrow && !receiver.detector.stokes;
-        is_viewer.then(|| (number, end_deg.to_radians().sin().powi(2)))
+        let (receiver, z_mm) = (BUILT_IN + number, at.bounds().low.z);
+        let viewer = Viewer { receiver, ends_mm: at.ends_mm(), z_mm };
+        is_viewer.then(|| (viewer, end_deg.to_radians().sin().powi(2)))
     });
     cones.collect()
 }

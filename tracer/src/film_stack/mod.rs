@@ -67,6 +67,17 @@ pub struct Passage {
     pub sense: Sense,
 }
 
+/// A level receiver that looks into a narrow cone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Viewer {
+    /// Number of the receiver of the run.
+    pub receiver: usize,
+    /// Its ends along x and y, mm.
+    pub ends_mm: [[f64; 2]; 2],
+    /// Its height, mm.
+    pub z_mm: f64,
+}
+
 /// What tabulated outcomes of a film stack are drawn from, and where the stack lies.
 pub struct FilmTable {
     /// The films alone, without ends along x and y and the lowest face at the height 0, at each
@@ -85,9 +96,9 @@ pub struct FilmTable {
     /// Sine squared of the half angle of a cone about z that receivers above look into, 0 without one:
     /// light into it is followed as a share of its own, or traced backwards.
     pub seen_sin2: f64,
-    /// Numbers of the receivers of the run above the films that look into this cone or a narrower one
-    /// about z, and read no polarisation.
-    pub viewers: Vec<usize>,
+    /// Receivers above the films that look into this cone or a narrower one about z, and read no
+    /// polarisation.
+    pub viewers: Vec<Viewer>,
 }
 
 /// A table as a run uses it.
@@ -110,7 +121,7 @@ impl TabulatedFilms<'_> {
         let are_outside = !self.table.borders.contains(&StackBorder::Edge)
             && !sources.any(|placed| matches!(placed.source.emission, Emission::Rays(_)));
         if self.table.looks_back() {
-            tracer.receivers.look_back(&self.table.viewers);
+            tracer.receivers.look_back(self.table.viewers.iter().map(|viewer| viewer.receiver));
         }
         if are_outside {
             tracer.receivers.leave_out(self.table.passages.iter().map(|passage| passage.receiver));

@@ -7,7 +7,7 @@ use super::backward::{Excitations, Sight, Sights};
 use super::cells::{Cells, Turn};
 use super::layers::{Ends, LayerWalk, Layers, SAME, Traveller};
 use super::part::{Cone, Course, Entry, Exit, FilmOutcome, MOST, Part, Way};
-use super::{Passage, StackBorder, TabulatedFilms};
+use super::{FilmTable, Passage, StackBorder, TabulatedFilms, Viewer};
 use crate::error::{Error, check};
 use crate::ledger::Ledger;
 use crate::optics::polarisation::{Light, Stokes};
@@ -20,6 +20,9 @@ use crate::settings::Settings;
 
 /// Distance of the ends of films from which light is traced film by film, mm.
 const TO_END_MM: f64 = 1e-3;
+/// Sights that a ray below receivers stands for, at most, and one elsewhere.
+const MOST_SIGHTS: f64 = 8.0;
+const FEW_SIGHTS: f64 = 0.25;
 /// Weight below which chance ends light between films: what strong absorbers leave counts.
 const ROULETTE_BELOW: f64 = 0.01;
 /// Weight from which a path goes on in all ways in which outcomes leave.
@@ -45,6 +48,7 @@ pub(crate) struct BoundStack<'a> {
     lines: Vec<u32>,
     cone: Cone,
     excitations: Excitations,
+    near: Near,
     seed: u64,
     /// Distance from the outer faces at which light goes on, mm.
     offset: f64,
@@ -102,6 +106,7 @@ impl<'a> BoundStack<'a> {
             lines: lines.collect(),
             cone: Cone { sin2: table.seen_sin2, looks_back: table.looks_back() },
             excitations,
+            near: Near::new(table),
             seed: settings.seed,
             offset: scenes[0].offset(),
         })
@@ -211,7 +216,10 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         let room = stack.room(&path.ray);
         if stack.cone.looks_back && !falls {
             self.look_back::<L>();
-            exits.seen.extend(self.see(path, light, (cell, &turn, room), rng));
+            let count = stack.near.rays(path.ray.origin.truncate(), rng);
+            for _ in 0..count.ceil() as u32 {
+                exits.seen.extend(self.see((path, light), (cell, &turn, room), 1.0 / count, rng));
+            }
         }
         let one = if path.weight < SPLIT_FROM {
             Some(self.part.one(slot))
@@ -303,12 +311,12 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         sights
     }
 
-    /// Light into the cone of receivers from a ray that rises from a cell.
+    /// Light into the cone of receivers, with this weight, from a ray that rises from a cell.
     fn see<L: Light>(
         &self,
-        path: &PathState,
-        light: &L,
+        (path, light): (&PathState, &L),
         (cell, turn, room): (u32, &Turn, f64),
+        weight: f64,
         rng: &mut PathStream,
     ) -> Option<PathState> {
         let stack = self.stack;
@@ -319,7 +327,7 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         }
         let share = stack.cone.sin2 * stack.cells.count() as f64 * mean;
         let mut seen = *path;
-        seen.weight *= share * stack.seen_of(&sight, path.ray.direction, light, turn);
+        seen.weight *= weight * share * stack.seen_of(&sight, path.ray.direction, light, turn);
         seen.wavelength = sight.wavelength;
         seen.scatterings = 0;
         let line = stack.layers[usize::from(sight.wavelength)].top_line();
@@ -477,6 +485,50 @@ impl<'w, 'a> StackWalker<'w, 'a> {
                 let way = usize::from(*sense == Sense::Minus);
                 totals.readings[*receiver][0] += passed[2 * gap + way];
             }
+        }
+    }
+}
+
+/// Where light that meets the films is likely to leave them below receivers into a narrow cone.
+struct Near {
+    /// Rectangles, ends along x and y, mm.
+    ends_mm: Vec<[[f64; 2]; 2]>,
+    /// Sights that a ray there stands for, and one elsewhere.
+    rays: [f64; 2],
+}
+
+impl Near {
+    /// Light leaves the films about as far from where it met them as they are high.
+    fn new(table: &FilmTable) -> Self {
+        let [_, high] = table.ends_mm();
+        let tan = (table.seen_sin2 / (1.0 - table.seen_sin2)).sqrt();
+        let around = |viewer: &Viewer| {
+            let margin = table.height_mm() + (viewer.z_mm - high) * tan;
+            viewer.ends_mm.map(|[low, high]| [low - margin, high + margin])
+        };
+        let ends_mm: Vec<[[f64; 2]; 2]> = table.viewers.iter().map(around).collect();
+        let areas = ends_mm.iter().map(|ends| ends.map(|[low, high]| high - low));
+        let near: f64 = areas.map(|[x, y]| x * y).sum();
+        let films: f64 = table.half_mm.map(|half| 2.0 * half).iter().product();
+        let most =
+            if films.is_finite() { (films / near).clamp(1.0, MOST_SIGHTS).floor() } else { 1.0 };
+        Self { ends_mm, rays: [most, if most > 1.0 { FEW_SIGHTS } else { 1.0 }] }
+    }
+
+    /// The number of sights that a ray stands for which meets the films here: a whole one, or a chance that
+    /// chance has granted; 0 where it has not.
+    fn rays(&self, at: DVec2, rng: &mut PathStream) -> f64 {
+        let holds = |ends: &[[f64; 2]; 2]| {
+            let [x, y] = ends;
+            (x[0]..=x[1]).contains(&at.x) && (y[0]..=y[1]).contains(&at.y)
+        };
+        let [near, far] = self.rays;
+        if self.ends_mm.iter().any(holds) {
+            near
+        } else if far >= 1.0 || random::unit(rng) < far {
+            far
+        } else {
+            0.0
         }
     }
 }

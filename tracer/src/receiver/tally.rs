@@ -55,9 +55,9 @@ impl<'a> Receivers<'a> {
     }
 
     /// Has the receivers of these numbers read light traced backwards.
-    pub fn look_back(&mut self, numbers: &[usize]) {
-        numbers.iter().for_each(|number| self.all[*number].is_viewer = true);
-        self.history |= !numbers.is_empty();
+    pub fn look_back(&mut self, numbers: impl IntoIterator<Item = usize>) {
+        numbers.into_iter().for_each(|number| self.all[number].is_viewer = true);
+        self.history = true;
     }
 
     /// True if any reads segments that end at a surface.
