@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use metrics::Estimate;
 use metrics::digits::thousands;
 use metrics::extraction::is_end;
-use metrics::figures::{BEAM_ANGLE, COLOURS, EXTRACTION, FAR_FIELD, FIELD_ANGLE, UNIFORMITY};
+use metrics::figures::{self, BEAM_ANGLE, EXTRACTION, FAR_FIELD, FIELD_ANGLE, UNIFORMITY};
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::{FORMS, Form, Region};
@@ -188,7 +188,7 @@ fn far_field(text: &mut String, model: &ModelResult) {
 }
 
 fn colours(text: &mut String, model: &ModelResult) {
-    let found = COLOURS.iter().filter_map(|definition| model.figure(definition.key));
+    let found = figures::colours().filter_map(|definition| model.figure(definition.key));
     for (number, figure) in found.enumerate() {
         if number == 0 {
             text.push_str(" colour\n");
