@@ -19,13 +19,13 @@ pub fn headline(
     general: &[&str],
     receivers: Option<&BTreeMap<String, ReceiverEntry>>,
 ) -> Vec<String> {
-    let luminance = |receiver: &&ReceiverEntry| receiver.kind == ReceiverKind::Luminance;
+    let is_luminance = |receiver: &&ReceiverEntry| receiver.kind == ReceiverKind::Luminance;
     let is_wide = |receiver: &ReceiverEntry| {
         [WIDTH_U, WIDTH_V].iter().any(|width| receiver.figures.contains_key(width.key))
     };
     let of_all = || receivers.into_iter().flatten();
-    let has_luminance = of_all().any(|(_, receiver)| luminance(&receiver));
-    let narrow = || of_all().filter(|(_, receiver)| luminance(receiver) && !is_wide(receiver));
+    let has_luminance = of_all().any(|(_, receiver)| is_luminance(&receiver));
+    let narrow = || of_all().filter(|(_, receiver)| is_luminance(receiver) && !is_wide(receiver));
     let has_narrow = narrow().next().is_some();
     let has_axial = narrow().any(|(_, receiver)| receiver.figures.contains_key(AXIAL.key));
     let of_receivers = of_all().flat_map(|(name, receiver)| {

@@ -23,6 +23,7 @@ pub(super) fn trace<W: Walker<Unpolarised> + Walker<Stokes>>(
     }
 }
 
+/// [`trace`] for one kind of light. Paths of more surfaces than [`LONG`] wait, and are taken on together.
 fn one_by_one<L: Light>(
     walker: &mut impl Walker<L>,
     paths: u64,
