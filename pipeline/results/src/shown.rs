@@ -214,7 +214,8 @@ pub fn emitted(flux: &Emitted, spectrum: Option<&SpectrumEntry>) -> String {
 /// colours; of a dark one the bounds of flux and mean.
 pub fn of_receiver(receiver: &ReceiverEntry) -> impl Iterator<Item = (&'static str, String)> {
     let is_dark = receiver.figures.get(MEAN.key).is_some_and(|mean| mean.upper_bound.is_some());
-    let shown = OF_RECEIVER.into_iter().filter(|figure| !is_dark || [FLUX, MEAN].contains(figure));
+    let shown =
+        OF_RECEIVER.into_iter().filter(move |figure| !is_dark || [FLUX, MEAN].contains(figure));
     shown.chain(COLOURS_OF_RECEIVER).chain(OF_SURFACE).filter_map(|figure| {
         let (entry, unit) = receiver.figure(figure.key)?;
         Some((figure.label, text(entry, unit)))

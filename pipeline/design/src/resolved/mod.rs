@@ -275,27 +275,28 @@ impl Design {
         }
     }
 
-    /// [`Packages::half_extent_mm`].
+    /// Largest |x| and |y| of the places of packages, mm.
     pub fn half_extent_mm(&self) -> [f64; 2] {
         self.packages().half_extent_mm()
     }
 
-    /// [`Packages::cells_mm`].
+    /// Lengths along x and y of the cells of the array together, mm.
     pub fn cells_mm(&self) -> [f64; 2] {
         self.packages().cells_mm()
     }
 
-    /// [`Packages::is_periodic`].
+    /// True if its housing is a cell that repeats without end.
     pub fn is_periodic(&self) -> bool {
         self.packages().is_periodic()
     }
 
-    /// [`Packages::housing_half_mm`].
+    /// Half the inner lengths of the housing, mm.
     pub fn housing_half_mm(&self) -> Option<[f64; 2]> {
         self.packages().housing_half_mm()
     }
 
-    /// [`Packages::outermost`].
+    /// Farthest reach of a package from its axis along x (`axis` 0) or y, mm, and the body that
+    /// reaches so far.
     pub fn outermost(&self, axis: usize) -> (f64, &str) {
         self.packages().outermost(axis)
     }
