@@ -149,25 +149,21 @@ impl OrderTable {
     }
 
     /// Origin.
-    #[must_use]
     pub fn header(&self) -> &TableHeader {
         &self.header
     }
 
     /// Incident wavevectors.
-    #[must_use]
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
     /// Number of nodes, both sides together.
-    #[must_use]
     pub fn node_count(&self) -> usize {
         self.layout.nodes.len()
     }
 
     /// Number of stored orders, all nodes together.
-    #[must_use]
     pub fn entry_count(&self) -> usize {
         self.s.len()
     }
@@ -192,7 +188,6 @@ impl OrderTable {
 
     /// The stored efficiency of relative order `order` leaving on side `to`; `None` if the grid has
     /// no such node or the order does not propagate there.
-    #[must_use]
     pub fn node_efficiency(
         &self,
         node: NodeId,

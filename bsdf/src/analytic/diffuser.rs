@@ -87,7 +87,6 @@ impl GaussianLobe {
     }
 
     /// Standard deviation σ, radians.
-    #[must_use]
     pub fn standard_deviation(self) -> f64 {
         self.variance.sqrt()
     }
@@ -99,7 +98,6 @@ impl GaussianLobe {
     }
 
     /// Share of its power, about the normal, beyond an angle in degrees.
-    #[must_use]
     pub fn share_beyond(self, angle_deg: f64) -> f64 {
         let end = (TAIL * self.standard_deviation()).min(FRAC_PI_2);
         let beyond = double_exponential(angle_deg.to_radians(), end, |alpha| self.circle(alpha));

@@ -49,7 +49,6 @@ impl Flag {
 
     /// True if it is set.
     #[inline(always)]
-    #[must_use]
     pub const fn is_set(self) -> bool {
         self.0 > 0.0
     }
@@ -180,7 +179,6 @@ impl<'a> OrderTableBatch<'a> {
 
     /// [`OrderTable::locate_bin`] for one ray, where not all nodes around its wavevector exist.
     #[cold]
-    #[must_use]
     pub fn locate_bin(
         &self,
         surface: usize,
@@ -200,7 +198,6 @@ impl<'a> OrderTableBatch<'a> {
 
     /// Reads a bin of the table of a surface.
     #[inline]
-    #[must_use]
     pub fn bin(&self, surface: i64, bin: f64) -> u32 {
         self.bins[surface as usize][bin as i64 as usize]
     }
@@ -219,7 +216,6 @@ impl<'a> OrderTableBatch<'a> {
     }
 
     /// The table of a surface.
-    #[must_use]
     pub fn table(&self, surface: usize) -> Option<&'a OrderTable> {
         self.tables[surface]
     }
@@ -253,14 +249,12 @@ impl Default for BinLocations {
 impl BinLocations {
     /// True if the location of a ray was found; if not, [`OrderTableBatch::locate_bin`] finds it.
     #[inline]
-    #[must_use]
     pub fn found(&self, ray: usize) -> bool {
         self.found[ray].is_set()
     }
 
     /// Index of the bin of a ray.
     #[inline]
-    #[must_use]
     pub fn bin(&self, ray: usize) -> f64 {
         self.bin[ray]
     }
