@@ -61,7 +61,6 @@ impl AngularBasis {
     }
 
     /// The full Klems basis: 145 cells, azimuth 0 in the middle of the first cell of each ring.
-    #[must_use]
     pub fn klems() -> Self {
         Self::from_rings(KLEMS_THETAS.windows(2).zip(KLEMS_PHIS).map(|(theta, n)| {
             let phi = (0..=n).map(|k| (k as f64 - 0.5) / n as f64 * TAU).collect();
@@ -75,7 +74,6 @@ impl AngularBasis {
     /// A cell reaches half-way to its neighbours. The outermost cells extend half a step beyond
     /// their points, up to `last_deg`. Azimuths are cyclic; where 360 stands beside 0, both have
     /// half a cell.
-    #[must_use]
     pub fn around_points(azimuths: &[f64], radials: &[f64], last_deg: f64) -> Self {
         let theta = bounds(radials, last_deg);
         let phi = azimuth_bounds(azimuths);
@@ -203,14 +201,12 @@ pub struct OrientedBasis {
 
 impl OrientedBasis {
     /// Cells about the normal.
-    #[must_use]
     pub fn about_normal(cells: &Arc<AngularBasis>) -> Self {
         Self { cells: Arc::clone(cells), frame: None }
     }
 
     /// Cells about `axis` (unit, z ≥ 0), azimuth 0 towards the normal; for an axis along the
     /// normal, towards the tangential direction `zero`.
-    #[must_use]
     pub fn about(cells: &Arc<AngularBasis>, axis: DVec3, zero: DVec3) -> Self {
         let towards_normal = DVec3::Z - axis * axis.z;
         let t = if towards_normal.length() > 1e-9 {

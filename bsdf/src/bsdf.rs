@@ -59,7 +59,6 @@ impl Transport {
     }
 
     /// Transport from the side `from` to the side `to`.
-    #[must_use]
     pub fn between(from: Side, to: Side) -> Self {
         if from == to { Self::Reflection } else { Self::Transmission }
     }

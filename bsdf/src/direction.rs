@@ -29,7 +29,6 @@ impl Side {
     pub const BOTH: [Self; 2] = [Self::Inner, Self::Outer];
 
     /// The side into which a direction away from the surface points; a tangent counts as outer.
-    #[must_use]
     pub fn from_direction(local: DVec3) -> Self {
         if local.z < 0.0 { Self::Inner } else { Self::Outer }
     }
@@ -80,7 +79,6 @@ pub struct Wavevector {
 
 impl Wavevector {
     /// Wavevector of light from `wi` (unit, local) in a medium of refractive index `index`.
-    #[must_use]
     pub fn incoming(wi: DVec3, index: f64) -> Self {
         Self { kx: -index * wi.x, ky: -index * wi.y }
     }
@@ -118,7 +116,6 @@ pub struct Frame {
 impl Frame {
     /// Frame of the unit normal `normal` with t along the tangential part of `along`; `None` if
     /// `along` is parallel to the normal to within 1e-12.
-    #[must_use]
     pub fn new(normal: DVec3, along: DVec3) -> Option<Self> {
         let tangent = along - normal * normal.dot(along);
         let length = tangent.length();

@@ -93,7 +93,6 @@ pub struct OrderEfficiency {
 
 impl OrderEfficiency {
     /// Efficiency of relative order `order` on side `to`.
-    #[must_use]
     pub fn new(to: Side, order: i32, efficiency: f64) -> Self {
         Self { to, order, efficiency }
     }
@@ -132,7 +131,6 @@ pub struct OrderTable {
 
 impl OrderTable {
     /// The table behind a BSDF, if it is one: tracers sample tables for many rays at a time.
-    #[must_use]
     pub fn downcast(bsdf: &dyn Bsdf) -> Option<&Self> {
         (bsdf as &dyn Any).downcast_ref()
     }

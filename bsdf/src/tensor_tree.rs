@@ -113,7 +113,6 @@ impl TensorTree {
     /// A tree of rank 4 with 2^`log2` cells along each coordinate, from its non-zero cells:
     /// incidence cell, exit cell and value, with cells numbered u · 2^log2 + v. Parts of one value
     /// become one leaf.
-    #[must_use]
     pub fn from_cells(log2: u32, mut cells: Vec<([u32; 2], f32)>) -> Self {
         // Morton order, that of the branches: interleaved bits of all four coordinates, highest
         // first.

@@ -106,7 +106,6 @@ impl GaussianLobe {
 
     /// The lobe that has this share of its power beyond an angle in degrees; the widest one, if even
     /// that has less.
-    #[must_use]
     pub fn with_share_beyond(angle_deg: f64, share: f64) -> Self {
         let [min, max] = Self::WIDTHS_DEG.map(Self::of_width);
         // The share grows with the width; sixty halvings are below rounding.

@@ -27,7 +27,6 @@ pub struct CellDistribution {
 
 impl CellDistribution {
     /// From the BSDF of each cell, 1/sr. With `total`, powers are scaled to that sum.
-    #[must_use]
     pub fn new(
         basis: OrientedBasis,
         values: impl IntoIterator<Item = f64>,
@@ -168,7 +167,6 @@ fn rotated(v: DVec3, angle: f64) -> DVec3 {
 impl ScatterTable {
     /// From a tree. The power of all cells of incidence is precomputed where the tree has at least
     /// as many values.
-    #[must_use]
     pub fn tree(tree: TensorTree) -> Self {
         let side = (1.0 / tree.finest()).round() as usize;
         let coordinates = tree.rank - 2;

@@ -42,7 +42,6 @@ impl Flag {
 
     /// Set if `yes`.
     #[inline(always)]
-    #[must_use]
     pub const fn new(yes: bool) -> Self {
         Self(if yes { 1.0 } else { 0.0 })
     }
@@ -93,7 +92,6 @@ fn fixed<T: Copy + Default, const N: usize>(mut list: Vec<T>) -> Option<Box<[T; 
 impl<'a> OrderTableBatch<'a> {
     /// The tables of the surfaces that have one; `None` if they are too many, or their rows too
     /// unevenly spaced, for loops without branches.
-    #[must_use]
     pub fn new(tables: Vec<Option<&'a OrderTable>>) -> Option<Self> {
         let (mut intervals, mut bloch_nodes, mut lookup) =
             (Vec::new(), Vec::new(), Vec::<u32>::new());

@@ -108,7 +108,6 @@ pub struct Tokens<'a> {
 
 impl<'a> Tokens<'a> {
     /// The tokens of `text`, with comments from `#` on if `comments`.
-    #[must_use]
     pub fn new(text: &'a str, comments: bool) -> Self {
         Self {
             rest: text,
@@ -119,7 +118,6 @@ impl<'a> Tokens<'a> {
     }
 
     /// The tokens of a part of a file that begins at `line`, without comments.
-    #[must_use]
     pub fn starting(text: &'a str, line: usize) -> Self {
         Self { line, ..Self::new(text, false) }
     }

@@ -64,7 +64,6 @@ impl SlicePlan {
     }
 
     /// The plan of a structure that is not cut: no intervals.
-    #[must_use]
     pub fn none() -> Self {
         Self { intervals: Vec::new() }
     }
