@@ -37,7 +37,6 @@ impl Reflectance {
     pub const TOTAL: Self = Self { s: 1.0, p: 1.0 };
 
     /// Reflectance for a polarisation.
-    #[must_use]
     pub fn for_polarisation(self, polarisation: Polarisation) -> f64 {
         match polarisation {
             Polarisation::S => self.s,
@@ -49,7 +48,6 @@ impl Reflectance {
 
 /// Fresnel reflectances for light in index `n1` at an angle of cosine `cos_theta_i` (0 to 1) to the
 /// normal of a boundary to index `n2`; 1 beyond the critical angle.
-#[must_use]
 pub fn fresnel(n1: f64, n2: f64, cos_theta_i: f64) -> Reflectance {
     let q1 = n1 * cos_theta_i;
     // Snell: the tangential component n1 sin θ is conserved, so q2² = n2² - n1² sin² θ.
@@ -64,7 +62,6 @@ pub fn fresnel(n1: f64, n2: f64, cos_theta_i: f64) -> Reflectance {
 /// Fresnel reflectances from the normal components of the wavevector, `q1` and `q2` > 0, on both
 /// sides of a boundary from index `n1` to `n2`, in units of the vacuum wavenumber. At grazing
 /// incidence on both sides, `q1 = q2 = 0`, the reflectance is 1.
-#[must_use]
 pub fn fresnel_normal(n1: f64, n2: f64, q1: f64, q2: f64) -> Reflectance {
     if q1 + q2 <= 0.0 {
         return Reflectance::TOTAL;
@@ -102,7 +99,6 @@ impl SmoothInterface {
     }
 
     /// Refracted direction; `None` for total reflection.
-    #[must_use]
     pub fn refracted(&self, wi: DVec3) -> Option<DVec3> {
         let from = Side::from_direction(wi);
         let to = from.opposite();
@@ -113,7 +109,6 @@ impl SmoothInterface {
     }
 
     /// Fresnel reflectances of light from `wi`; total where nothing is refracted.
-    #[must_use]
     pub fn reflectance(&self, wi: DVec3) -> Reflectance {
         let from = Side::from_direction(wi);
         fresnel(self.index(from), self.index(from.opposite()), wi.z.abs())

@@ -61,7 +61,6 @@ impl AngularBasis {
     }
 
     /// The full Klems basis: 145 cells, azimuth 0 in the middle of the first cell of each ring.
-    #[must_use]
     pub fn klems() -> Self {
         Self::from_rings(KLEMS_THETAS.windows(2).zip(KLEMS_PHIS).map(|(theta, n)| {
             let phi = (0..=n).map(|k| (k as f64 - 0.5) / n as f64 * TAU).collect();
@@ -75,7 +74,6 @@ impl AngularBasis {
     /// A cell reaches half-way to its neighbours. The outermost cells extend half a step beyond
     /// their points, up to `last_deg`. Azimuths are cyclic; where 360 stands beside 0, both have
     /// half a cell.
-    #[must_use]
     pub fn around_points(azimuths: &[f64], radials: &[f64], last_deg: f64) -> Self {
         let theta = bounds(radials, last_deg);
         let phi = azimuth_bounds(azimuths);
@@ -100,19 +98,16 @@ impl AngularBasis {
     }
 
     /// Number of cells.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.count
     }
 
     /// True if there are none.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
 
     /// Polar bounds and azimuthal bounds of a cell, radians.
-    #[must_use]
     pub fn bounds(&self, cell: usize) -> [[f64; 2]; 2] {
         let (ring, column) = if self.stride > 1 {
             (&self.rings[cell % self.stride], cell / self.stride)
@@ -124,7 +119,6 @@ impl AngularBasis {
     }
 
     /// The cell that a direction lies in; `None` beyond the last ring.
-    #[must_use]
     pub fn locate(&self, direction: DVec3) -> Option<usize> {
         let theta = direction.z.clamp(-1.0, 1.0).acos();
         let ring = self.rings.partition_point(|r| r.theta[1] <= theta);
@@ -143,7 +137,6 @@ impl AngularBasis {
     }
 
     /// Integral of cos θ dΩ over a cell about the normal, sr; 0 beyond 90°.
-    #[must_use]
     pub fn projected_solid_angle(&self, cell: usize) -> f64 {
         let [theta, phi] = self.bounds(cell);
         let sin2 = |t: f64| t.min(FRAC_PI_2).sin().powi(2);
@@ -151,14 +144,12 @@ impl AngularBasis {
     }
 
     /// Solid angle of a cell, sr.
-    #[must_use]
     pub fn solid_angle(&self, cell: usize) -> f64 {
         let [theta, phi] = self.bounds(cell);
         (phi[1] - phi[0]) * (theta[0].cos() - theta[1].cos())
     }
 
     /// The centre of a cell in θ and φ; the axis for a cap around it.
-    #[must_use]
     pub fn centre(&self, cell: usize) -> DVec3 {
         let [theta, phi] = self.bounds(cell);
         let whole = phi[1] - phi[0] > TAU - 1e-9;
@@ -167,7 +158,6 @@ impl AngularBasis {
     }
 
     /// Samples a direction in a cell, uniform in cos θ dΩ for `u` and `v` uniform on 0..1.
-    #[must_use]
     pub fn sample_projected(&self, cell: usize, u: f64, v: f64) -> DVec3 {
         let [theta, phi] = self.bounds(cell);
         let [a, b] = theta.map(|t| t.min(FRAC_PI_2).sin().powi(2));
@@ -176,7 +166,6 @@ impl AngularBasis {
     }
 
     /// Samples a direction in a cell, uniform in solid angle.
-    #[must_use]
     pub fn sample_solid_angle(&self, cell: usize, u: f64, v: f64) -> DVec3 {
         let [theta, phi] = self.bounds(cell);
         let [a, b] = theta.map(f64::cos);
@@ -186,7 +175,6 @@ impl AngularBasis {
     }
 
     /// The larger of the polar and the azimuthal extent of a cell, radians.
-    #[must_use]
     pub fn angular_width(&self, cell: usize) -> f64 {
         let [theta, phi] = self.bounds(cell);
         let largest_sin = if theta[0] <= FRAC_PI_2 && theta[1] >= FRAC_PI_2 {
@@ -198,7 +186,6 @@ impl AngularBasis {
     }
 
     /// The largest [`AngularBasis::angular_width`] of all cells, radians.
-    #[must_use]
     pub fn widest(&self) -> f64 {
         (0..self.len()).map(|c| self.angular_width(c)).fold(0.0, f64::max)
     }
@@ -214,14 +201,12 @@ pub struct OrientedBasis {
 
 impl OrientedBasis {
     /// Cells about the normal.
-    #[must_use]
     pub fn about_normal(cells: &Arc<AngularBasis>) -> Self {
         Self { cells: Arc::clone(cells), frame: None }
     }
 
     /// Cells about `axis` (unit, z ≥ 0), azimuth 0 towards the normal; for an axis along the
     /// normal, towards the tangential direction `zero`.
-    #[must_use]
     pub fn about(cells: &Arc<AngularBasis>, axis: DVec3, zero: DVec3) -> Self {
         let towards_normal = DVec3::Z - axis * axis.z;
         let t = if towards_normal.length() > 1e-9 {
@@ -234,27 +219,23 @@ impl OrientedBasis {
     }
 
     /// The cells about their axis.
-    #[must_use]
     pub fn cells(&self) -> &AngularBasis {
         &self.cells
     }
 
     /// The cell that a direction lies in; `None` beyond the last ring.
-    #[must_use]
     pub fn locate(&self, direction: DVec3) -> Option<usize> {
         let local = self.frame.map_or(direction, |f| f.to_local(direction));
         self.cells.locate(local)
     }
 
     /// The centre of a cell; may lie below the horizon.
-    #[must_use]
     pub fn centre(&self, cell: usize) -> DVec3 {
         let centre = self.cells.centre(cell);
         self.frame.map_or(centre, |f| f.to_world(centre))
     }
 
     /// Integral of cos θ dΩ over the part of a cell above the horizon, θ from the normal; sr.
-    #[must_use]
     pub fn projected_solid_angle(&self, cell: usize) -> f64 {
         let Some(frame) = self.frame else {
             return self.cells.projected_solid_angle(cell);
@@ -327,7 +308,6 @@ fn azimuth_bounds(points: &[f64]) -> Arc<[f64]> {
 
 /// Concentric map of the unit square onto the unit disc: squares become circles, and areas keep
 /// their proportions [Shirley, Chiu 1997].
-#[must_use]
 pub fn square_to_disc([u, v]: [f64; 2]) -> [f64; 2] {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
     if a == 0.0 && b == 0.0 {
@@ -345,7 +325,6 @@ pub fn above([x, y]: [f64; 2]) -> DVec3 {
 }
 
 /// Inverse of [`square_to_disc`], for points of the unit disc.
-#[must_use]
 pub fn disc_to_square([x, y]: [f64; 2]) -> [f64; 2] {
     let r = x.hypot(y);
     if r == 0.0 {

@@ -43,7 +43,6 @@ impl Transport {
     pub const BOTH: [Self; 2] = [Self::Reflection, Self::Transmission];
 
     /// Index into arrays with one value for each: 0 reflection, 1 transmission.
-    #[must_use]
     pub const fn index(self) -> usize {
         match self {
             Self::Reflection => 0,
@@ -52,7 +51,6 @@ impl Transport {
     }
 
     /// The side on which light from the side `from` leaves.
-    #[must_use]
     pub const fn exit_side(self, from: Side) -> Side {
         match self {
             Self::Reflection => from,
@@ -61,7 +59,6 @@ impl Transport {
     }
 
     /// Transport from the side `from` to the side `to`.
-    #[must_use]
     pub fn between(from: Side, to: Side) -> Self {
         if from == to { Self::Reflection } else { Self::Transmission }
     }
@@ -126,7 +123,6 @@ pub struct Albedo {
 
 impl Albedo {
     /// Reflected and transmitted power.
-    #[must_use]
     pub fn total(self) -> f64 {
         self.reflected + self.transmitted
     }
@@ -150,7 +146,6 @@ pub trait PolarisedBsdf: Send + Sync {
 
 /// Axis of s = z × k∥/|k∥|, up to its sign, for light along the unit vector `direction` of the
 /// local frame; y for light along the normal.
-#[must_use]
 pub fn s_axis(direction: DVec3) -> DVec3 {
     let across = DVec3::new(-direction.y, direction.x, 0.0);
     across.try_normalize().unwrap_or(DVec3::Y)

@@ -29,7 +29,6 @@ impl Side {
     pub const BOTH: [Self; 2] = [Self::Inner, Self::Outer];
 
     /// The side into which a direction away from the surface points; a tangent counts as outer.
-    #[must_use]
     pub fn from_direction(local: DVec3) -> Self {
         if local.z < 0.0 { Self::Inner } else { Self::Outer }
     }
@@ -44,7 +43,6 @@ impl Side {
     }
 
     /// Sign of z on this side: -1 inner, +1 outer.
-    #[must_use]
     pub const fn sign(self) -> f64 {
         match self {
             Self::Inner => -1.0,
@@ -53,7 +51,6 @@ impl Side {
     }
 
     /// Index into arrays with one value a side: 0 inner, 1 outer.
-    #[must_use]
     pub const fn index(self) -> usize {
         match self {
             Self::Inner => 0,
@@ -82,19 +79,16 @@ pub struct Wavevector {
 
 impl Wavevector {
     /// Wavevector of light from `wi` (unit, local) in a medium of refractive index `index`.
-    #[must_use]
     pub fn incoming(wi: DVec3, index: f64) -> Self {
         Self { kx: -index * wi.x, ky: -index * wi.y }
     }
 
     /// True if the wave propagates in a medium of refractive index `index`.
-    #[must_use]
     pub fn propagates(self, index: f64) -> bool {
         self.kx * self.kx + self.ky * self.ky < index * index
     }
 
     /// Unit vector `wo` into `side` of refractive index `index`; `None` if the wave is evanescent.
-    #[must_use]
     pub fn leaving(self, side: Side, index: f64) -> Option<DVec3> {
         let kz2 = index * index - self.kx * self.kx - self.ky * self.ky;
         (kz2 > 0.0).then(|| DVec3::new(self.kx, self.ky, side.sign() * kz2.sqrt()) / index)
@@ -102,7 +96,6 @@ impl Wavevector {
 
     /// Unit vector `wi` of light that arrives from `side` of refractive index `index`; `None` if
     /// the wave is evanescent.
-    #[must_use]
     pub fn arriving(self, side: Side, index: f64) -> Option<DVec3> {
         Self { kx: -self.kx, ky: -self.ky }.leaving(side, index)
     }
@@ -123,7 +116,6 @@ pub struct Frame {
 impl Frame {
     /// Frame of the unit normal `normal` with t along the tangential part of `along`; `None` if
     /// `along` is parallel to the normal to within 1e-12.
-    #[must_use]
     pub fn new(normal: DVec3, along: DVec3) -> Option<Self> {
         let tangent = along - normal * normal.dot(along);
         let length = tangent.length();
@@ -134,13 +126,11 @@ impl Frame {
     }
 
     /// Components of a world vector in this frame.
-    #[must_use]
     pub fn to_local(&self, world: DVec3) -> DVec3 {
         DVec3::new(self.t.dot(world), self.b.dot(world), self.n.dot(world))
     }
 
     /// World vector of local components.
-    #[must_use]
     pub fn to_world(&self, local: DVec3) -> DVec3 {
         self.t * local.x + self.b * local.y + self.n * local.z
     }
@@ -148,7 +138,6 @@ impl Frame {
 
 /// Unit vector at polar angle `theta` from +z and azimuth `phi` from +x towards +y, both in
 /// radians.
-#[must_use]
 pub fn spherical(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }

@@ -90,7 +90,6 @@ impl MeasuredBsdf {
     }
 
     /// The side of which no transmission is given, where it is given of the other.
-    #[must_use]
     pub fn lacks_transmission(&self) -> Option<Side> {
         let given = |side: Side| self.table(side, Transport::Transmission).is_some();
         Side::BOTH.into_iter().find(|side| !given(*side) && given(side.opposite()))
@@ -151,35 +150,30 @@ impl MeasuredBsdf {
     }
 
     /// The side whose transmission [`MeasuredBsdf::reciprocal`] added.
-    #[must_use]
     pub fn derived(&self) -> Option<Side> {
         self.derived
     }
 
     /// The largest power at any incidence of the tables. It exceeds 1 where two tables with
     /// different incidences are interpolated; sampling scales it down to 1.
-    #[must_use]
     pub fn largest_power(&self) -> f64 {
         self.largest_power
     }
 
     /// The largest power that the tables state for an incidence: above 1 by an error of
     /// measurement.
-    #[must_use]
     pub fn largest_at_node(&self) -> f64 {
         self.largest_at_node
     }
 
     /// Smallest and largest factor that brought the integrals of a file's values to the powers it
     /// states; `None` where it states none.
-    #[must_use]
     pub fn factors(&self) -> Option<[f64; 2]> {
         let all = self.tables().filter_map(|(_, _, r)| r.factors());
         all.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
     }
 
     /// The table for light from `side`.
-    #[must_use]
     pub fn table(&self, side: Side, transport: Transport) -> Option<&ScatterTable> {
         self.tables[side.index()][transport.index()].as_ref()
     }

@@ -93,7 +93,6 @@ pub struct OrderEfficiency {
 
 impl OrderEfficiency {
     /// Efficiency of relative order `order` on side `to`.
-    #[must_use]
     pub fn new(to: Side, order: i32, efficiency: f64) -> Self {
         Self { to, order, efficiency }
     }
@@ -132,7 +131,6 @@ pub struct OrderTable {
 
 impl OrderTable {
     /// The table behind a BSDF, if it is one: tracers sample tables for many rays at a time.
-    #[must_use]
     pub fn downcast(bsdf: &dyn Bsdf) -> Option<&Self> {
         (bsdf as &dyn Any).downcast_ref()
     }
@@ -149,25 +147,21 @@ impl OrderTable {
     }
 
     /// Origin.
-    #[must_use]
     pub fn header(&self) -> &TableHeader {
         &self.header
     }
 
     /// Incident wavevectors.
-    #[must_use]
     pub fn grid(&self) -> &Grid {
         &self.grid
     }
 
     /// Number of nodes, both sides together.
-    #[must_use]
     pub fn node_count(&self) -> usize {
         self.layout.nodes.len()
     }
 
     /// Number of stored orders, all nodes together.
-    #[must_use]
     pub fn entry_count(&self) -> usize {
         self.s.len()
     }
@@ -192,7 +186,6 @@ impl OrderTable {
 
     /// The stored efficiency of relative order `order` leaving on side `to`; `None` if the grid has
     /// no such node or the order does not propagate there.
-    #[must_use]
     pub fn node_efficiency(
         &self,
         node: NodeId,

@@ -87,7 +87,6 @@ impl UnitCell {
 
     /// Number of rays lost so far to rounding (in the wrong medium, or never leaving), expected to
     /// be 0. A lost sample is `None`.
-    #[must_use]
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }

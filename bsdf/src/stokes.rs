@@ -14,7 +14,6 @@ use num_complex::Complex64;
 
 /// Light along `direction` that was referred to s = `from`, referred to s = `to`.
 #[inline]
-#[must_use]
 pub fn turned([q, u, v]: [f64; 3], direction: DVec3, from: DVec3, to: DVec3) -> [f64; 3] {
     let (cos, sin) = (from.dot(to), from.cross(direction).dot(to));
     // Both directions are at right angles to the ray but for rounding.
@@ -28,7 +27,6 @@ pub fn turned([q, u, v]: [f64; 3], direction: DVec3, from: DVec3, to: DVec3) -> 
 
 /// Light after E_s and E_p are multiplied, and its share of the power.
 #[inline]
-#[must_use]
 pub fn passed([q, u, v]: [f64; 3], [a, b]: [Complex64; 2]) -> ([f64; 3], f64) {
     let (s, p) = (0.5 * a.norm_sqr() * (1.0 + q), 0.5 * b.norm_sqr() * (1.0 - q));
     let share = s + p;
@@ -41,7 +39,6 @@ pub fn passed([q, u, v]: [f64; 3], [a, b]: [Complex64; 2]) -> ([f64; 3], f64) {
 
 /// Light that rounding has not made more than fully polarised.
 #[inline]
-#[must_use]
 pub fn physical([q, u, v]: [f64; 3]) -> [f64; 3] {
     let degree = (q * q + u * u + v * v).sqrt();
     if degree <= 1.0 { [q, u, v] } else { [q / degree, u / degree, v / degree] }

@@ -50,7 +50,6 @@ pub struct Leaf {
 
 impl Leaf {
     /// Integral of cos θ dΩ over it, sr.
-    #[must_use]
     pub fn projected(&self) -> f64 {
         std::f64::consts::PI * self.edge * self.edge
     }
@@ -59,7 +58,6 @@ impl Leaf {
 impl TensorTree {
     /// Coordinates of light that travels with the tangential unit-disc part (x, y) before it meets
     /// the surface.
-    #[must_use]
     pub fn incidence(&self, [x, y]: [f64; 2]) -> Vec<f64> {
         if self.rank == 3 {
             vec![0.5 * (1.0 - x.hypot(y)).clamp(0.0, 1.0 - 1e-12)]
@@ -74,7 +72,6 @@ impl TensorTree {
     }
 
     /// Power scattered per incident power.
-    #[must_use]
     pub fn total(&self, incidence: &[f64]) -> f64 {
         let mut sum = 0.0;
         self.leaves(incidence, &mut |leaf| {
@@ -85,7 +82,6 @@ impl TensorTree {
     }
 
     /// Number of values.
-    #[must_use]
     pub fn values(&self) -> usize {
         fn count(branch: &Branch) -> usize {
             match branch {
@@ -97,7 +93,6 @@ impl TensorTree {
     }
 
     /// Edge of the smallest square.
-    #[must_use]
     pub fn finest(&self) -> f64 {
         fn depth(branch: &Branch) -> u32 {
             match branch {
@@ -118,7 +113,6 @@ impl TensorTree {
     /// A tree of rank 4 with 2^`log2` cells along each coordinate, from its non-zero cells:
     /// incidence cell, exit cell and value, with cells numbered u · 2^log2 + v. Parts of one value
     /// become one leaf.
-    #[must_use]
     pub fn from_cells(log2: u32, mut cells: Vec<([u32; 2], f32)>) -> Self {
         // Morton order, that of the branches: interleaved bits of all four coordinates, highest
         // first.
@@ -225,7 +219,6 @@ fn visit_leaves(
 }
 
 /// The point at (a, b) of 0..1 in cell number `cell`, of 2^`log2` cells along an edge, on the disc.
-#[must_use]
 pub fn cell_point(cell: u32, log2: u32, [a, b]: [f64; 2]) -> [f64; 2] {
     let side = f64::from(1_u32 << log2);
     let [u, v] = [cell >> log2, cell & ((1 << log2) - 1)];
@@ -233,7 +226,6 @@ pub fn cell_point(cell: u32, log2: u32, [a, b]: [f64; 2]) -> [f64; 2] {
 }
 
 /// The cell of a point of the disc.
-#[must_use]
 pub fn cell_of(point: [f64; 2], log2: u32) -> u32 {
     let side = 1_u32 << log2;
     let [u, v] = disc_to_square(point).map(|c| ((c * f64::from(side)) as u32).min(side - 1));

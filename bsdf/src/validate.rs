@@ -71,7 +71,6 @@ impl NodeReport {
 
 /// Sum of the efficiencies minus 1, for s and for p at every node: 0 without absorption, up to the
 /// rounding of f32.
-#[must_use]
 pub fn energy(table: &OrderTable) -> NodeReport {
     let mut values = Vec::new();
     for node in table.grid().nodes() {
@@ -85,7 +84,6 @@ pub fn energy(table: &OrderTable) -> NodeReport {
 
 /// Efficiency of each order minus that of the reverse path, for unpolarised light, at every node.
 /// Pairs are counted twice.
-#[must_use]
 pub fn reciprocity(table: &OrderTable) -> NodeReport {
     let per_zone = table.grid().kx_per_zone as i64;
     let mut values = Vec::new();
@@ -117,7 +115,6 @@ pub fn reciprocity(table: &OrderTable) -> NodeReport {
 /// where efficiencies are smooth, and by less at Rayleigh points, where they bend as square roots.
 /// A mean over many directions is far more accurate, as the signs alternate. 0 where no node has
 /// neighbours.
-#[must_use]
 pub fn leave_one_out(table: &OrderTable, side: Side) -> f64 {
     let grid = table.grid();
     let reflected = |kx_index: i64, ky_index: usize| -> Option<f64> {

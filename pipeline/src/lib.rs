@@ -26,11 +26,9 @@
 
 pub mod cli;
 pub mod cli_errors;
-#[cfg(test)]
-mod command_tables;
 pub mod commands;
 pub mod exit;
-#[cfg(test)]
-mod key_tables;
 pub mod paper_figures;
 pub mod ray_export;
+#[cfg(test)]
+mod tests;

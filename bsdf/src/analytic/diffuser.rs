@@ -87,7 +87,6 @@ impl GaussianLobe {
     }
 
     /// Standard deviation σ, radians.
-    #[must_use]
     pub fn standard_deviation(self) -> f64 {
         self.variance.sqrt()
     }
@@ -99,7 +98,6 @@ impl GaussianLobe {
     }
 
     /// Share of its power, about the normal, beyond an angle in degrees.
-    #[must_use]
     pub fn share_beyond(self, angle_deg: f64) -> f64 {
         let end = (TAIL * self.standard_deviation()).min(FRAC_PI_2);
         let beyond = double_exponential(angle_deg.to_radians(), end, |alpha| self.circle(alpha));
@@ -108,7 +106,6 @@ impl GaussianLobe {
 
     /// The lobe that has this share of its power beyond an angle in degrees; the widest one, if even
     /// that has less.
-    #[must_use]
     pub fn with_share_beyond(angle_deg: f64, share: f64) -> Self {
         let [min, max] = Self::WIDTHS_DEG.map(Self::of_width);
         // The share grows with the width; sixty halvings are below rounding.

@@ -80,7 +80,6 @@ impl AxisShares {
 }
 
 /// Value of rows (x, value), ascending, at x: straight lines between, constant beyond; of no rows 0.
-#[must_use]
 pub fn linear(rows: &[[f64; 2]], x: f64) -> f64 {
     interpolated(rows, x, |row| *row)
 }

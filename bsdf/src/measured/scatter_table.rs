@@ -27,7 +27,6 @@ pub struct CellDistribution {
 
 impl CellDistribution {
     /// From the BSDF of each cell, 1/sr. With `total`, powers are scaled to that sum.
-    #[must_use]
     pub fn new(
         basis: OrientedBasis,
         values: impl IntoIterator<Item = f64>,
@@ -64,13 +63,11 @@ impl CellDistribution {
     }
 
     /// Factor that brought the powers to the sum stated by the file; 1 where it states none.
-    #[must_use]
     pub fn factor(&self) -> f64 {
         self.factor
     }
 
     /// Power of all cells.
-    #[must_use]
     pub fn total(&self) -> f64 {
         self.entries.last().map_or(0.0, |e| e.1)
     }
@@ -170,7 +167,6 @@ fn rotated(v: DVec3, angle: f64) -> DVec3 {
 impl ScatterTable {
     /// From a tree. The power of all cells of incidence is precomputed where the tree has at least
     /// as many values.
-    #[must_use]
     pub fn tree(tree: TensorTree) -> Self {
         let side = (1.0 / tree.finest()).round() as usize;
         let coordinates = tree.rank - 2;
@@ -240,7 +236,6 @@ impl ScatterTable {
     }
 
     /// Power scattered per incident power for light from `wi`.
-    #[must_use]
     pub fn total(&self, wi: DVec3) -> f64 {
         if let Self::Tree(tree, totals) = self {
             return Self::tree_total(tree, totals.as_ref(), &Self::tree_coordinates(tree, wi).0);
@@ -360,7 +355,6 @@ impl ScatterTable {
     }
 
     /// True if `wi` is a node of the table.
-    #[must_use]
     pub(super) fn has_node(&self, wi: DVec3) -> bool {
         match self {
             Self::Tree(..) => true,
@@ -371,7 +365,6 @@ impl ScatterTable {
     }
 
     /// True if the table is given at one azimuth for all and rotates with the incidence.
-    #[must_use]
     pub fn is_isotropic(&self) -> bool {
         match self {
             Self::Grid { phis, .. } => phis.len() == 1,
@@ -382,7 +375,6 @@ impl ScatterTable {
 
     /// Smallest and largest factor that brought powers to a stated sum; `None` where none is
     /// stated.
-    #[must_use]
     pub fn factors(&self) -> Option<[f64; 2]> {
         let Self::Grid { nodes, .. } = self else {
             return None;
@@ -396,7 +388,6 @@ impl ScatterTable {
 
     /// The incidences at which the table is given. For a tree, the centres of a grid over its
     /// square, as fine as the tree within 32 to 128 cells along each coordinate.
-    #[must_use]
     pub fn incidences(&self) -> Vec<DVec3> {
         match self {
             Self::Grid { nodes, .. } | Self::Matrix { nodes, .. } => {

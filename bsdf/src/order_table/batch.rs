@@ -42,14 +42,12 @@ impl Flag {
 
     /// Set if `yes`.
     #[inline(always)]
-    #[must_use]
     pub const fn new(yes: bool) -> Self {
         Self(if yes { 1.0 } else { 0.0 })
     }
 
     /// True if it is set.
     #[inline(always)]
-    #[must_use]
     pub const fn is_set(self) -> bool {
         self.0 > 0.0
     }
@@ -94,7 +92,6 @@ fn fixed<T: Copy + Default, const N: usize>(mut list: Vec<T>) -> Option<Box<[T; 
 impl<'a> OrderTableBatch<'a> {
     /// The tables of the surfaces that have one; `None` if they are too many, or their rows too
     /// unevenly spaced, for loops without branches.
-    #[must_use]
     pub fn new(tables: Vec<Option<&'a OrderTable>>) -> Option<Self> {
         let (mut intervals, mut bloch_nodes, mut lookup) =
             (Vec::new(), Vec::new(), Vec::<u32>::new());
@@ -180,7 +177,6 @@ impl<'a> OrderTableBatch<'a> {
 
     /// [`OrderTable::locate_bin`] for one ray, where not all nodes around its wavevector exist.
     #[cold]
-    #[must_use]
     pub fn locate_bin(
         &self,
         surface: usize,
@@ -200,7 +196,6 @@ impl<'a> OrderTableBatch<'a> {
 
     /// Reads a bin of the table of a surface.
     #[inline]
-    #[must_use]
     pub fn bin(&self, surface: i64, bin: f64) -> u32 {
         self.bins[surface as usize][bin as i64 as usize]
     }
@@ -219,7 +214,6 @@ impl<'a> OrderTableBatch<'a> {
     }
 
     /// The table of a surface.
-    #[must_use]
     pub fn table(&self, surface: usize) -> Option<&'a OrderTable> {
         self.tables[surface]
     }
@@ -253,14 +247,12 @@ impl Default for BinLocations {
 impl BinLocations {
     /// True if the location of a ray was found; if not, [`OrderTableBatch::locate_bin`] finds it.
     #[inline]
-    #[must_use]
     pub fn found(&self, ray: usize) -> bool {
         self.found[ray].is_set()
     }
 
     /// Index of the bin of a ray.
     #[inline]
-    #[must_use]
     pub fn bin(&self, ray: usize) -> f64 {
         self.bin[ray]
     }

@@ -61,7 +61,6 @@ impl std::fmt::Display for NodeId {
 
 impl Grid {
     /// Refractive index of a side.
-    #[must_use]
     pub fn index(&self, side: Side) -> f64 {
         match side {
             Side::Inner => self.index_inner,
@@ -70,39 +69,33 @@ impl Grid {
     }
 
     /// Width of a Brillouin zone, λ/Λ: the step of kx from one order to the next.
-    #[must_use]
     pub fn zone(&self) -> f64 {
         self.wavelength / self.period
     }
 
     /// Offset of the kx nodes from 0 in units of their spacing: 0 for an even number per zone, 1/2
     /// for an odd one.
-    #[must_use]
     pub fn kx_offset(&self) -> f64 {
         if self.kx_per_zone.is_multiple_of(2) { 0.0 } else { 0.5 }
     }
 
     /// Index of the node at -kx.
-    #[must_use]
     pub fn mirror(&self, kx_index: i64) -> i64 {
         if self.kx_per_zone.is_multiple_of(2) { -kx_index } else { -1 - kx_index }
     }
 
     /// kx of the node index `kx_index`. Indices 0 to `kx_per_zone - 1` make up one zone, and order
     /// m of the Bloch wavevector `kx(i)` is the node `i + m · kx_per_zone`.
-    #[must_use]
     pub fn kx(&self, kx_index: i64) -> f64 {
         (kx_index as f64 + self.kx_offset()) * self.zone() / self.kx_per_zone as f64
     }
 
     /// The |ky| at which the side of lower index closes; interpolation is cut there.
-    #[must_use]
     pub fn critical_ky(&self) -> f64 {
         self.index_inner.min(self.index_outer)
     }
 
     /// Indices of kx of the nodes in the row `ky_index` of `side`, possibly none.
-    #[must_use]
     pub fn kx_indices(&self, side: Side, ky_index: usize) -> Range<i64> {
         let (n, ky) = (self.index(side), self.ky[ky_index]);
         let inside = |i: i64| {
@@ -123,7 +116,6 @@ impl Grid {
     }
 
     /// Number of nodes, both sides together.
-    #[must_use]
     pub fn node_count(&self) -> usize {
         let rows =
             Side::BOTH.into_iter().flat_map(|side| (0..self.ky.len()).map(move |j| (side, j)));
@@ -161,7 +153,6 @@ impl Grid {
 
     /// `count` ≥ 2 ky nodes from 0 on, distributed over the ranges below and above the critical ky.
     /// They are dense at the critical ky and at the rim, where efficiencies vary as a square root.
-    #[must_use]
     pub fn ky_nodes(index_inner: f64, index_outer: f64, count: usize) -> Vec<f64> {
         let (low, high) = (index_inner.min(index_outer), index_inner.max(index_outer));
         let above =

@@ -107,7 +107,6 @@ fn pass(j: &Jones, [i, q, u, v]: [f64; 4]) -> [f64; 4] {
 }
 
 /// The Mueller matrix of a Jones matrix.
-#[must_use]
 pub fn mueller(jones: &Jones) -> Mueller {
     columns(|light| pass(jones, light))
 }
@@ -236,7 +235,6 @@ impl OrderTable {
     }
 
     /// True if the table has Jones matrices.
-    #[must_use]
     pub fn has_jones(&self) -> bool {
         self.jones.is_some()
     }
@@ -267,7 +265,6 @@ impl OrderTable {
 
     /// Interpolated Mueller matrices at an incidence, in the order of [`OrderTable::efficiencies`];
     /// their first elements are the unpolarised efficiencies. `None` if the table has no matrices.
-    #[must_use]
     pub fn mueller(&self, side: Side, k: Wavevector) -> Option<Vec<OrderMueller>> {
         let jones = self.jones.as_ref()?;
         let query = Query::new(side, k);

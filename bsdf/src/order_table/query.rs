@@ -237,7 +237,6 @@ impl OrderTable {
     /// Interpolated efficiencies of the orders that propagate at an incidence, inner side first,
     /// orders ascending. `k` is the tangential wavevector of the incident light, with `kx² + ky² <
     /// n²` on the side it comes from.
-    #[must_use]
     pub fn efficiencies(
         &self,
         side: Side,

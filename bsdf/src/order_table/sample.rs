@@ -109,7 +109,6 @@ pub(super) fn zone(node: f64, zones_per_node: f64) -> f64 {
 impl OrderTable {
     /// Samples a node around a wavevector of light from `side` by its interpolation weight, and a
     /// bin of that node, with two numbers uniform on 0..1.
-    #[must_use]
     pub fn locate_bin(&self, side: Side, k: Wavevector, [u, v]: [f64; 2]) -> BinLocation {
         let table = &self.alias_table;
         let interval = table.ky_interval(side, k.ky.abs());
@@ -158,14 +157,12 @@ impl OrderTable {
 
     /// Reads a bin.
     #[inline]
-    #[must_use]
     pub fn bin(&self, location: &BinLocation) -> u32 {
         self.alias_table.bins[location.bin as usize]
     }
 
     /// The order sampled from a bin for light from `side`: the side on which it leaves, and its
     /// relative order; `None` if the light is absorbed.
-    #[must_use]
     pub fn order(&self, side: Side, location: &BinLocation, bin: u32) -> Option<(Side, i32)> {
         let sampled = self.alias_table.bloch_nodes[side.index()][location.bloch as usize]
             .order(location, bin);

@@ -272,7 +272,6 @@ impl ReliefCell {
     }
 
     /// Number of rays lost so far, which never leave, expected to be 0. A lost sample is `None`.
-    #[must_use]
     pub fn lost(&self) -> u64 {
         self.lost.load(Ordering::Relaxed)
     }

@@ -37,7 +37,6 @@ pub struct Resolution {
 
 impl Resolution {
     /// Polar angles of incidence, degrees: from 0 in steps, and 89 at the end.
-    #[must_use]
     pub fn incidences(&self) -> Vec<f64> {
         let mut angles = steps(90.0, self.incidence_deg, 0.0);
         angles.retain(|a| *a < 88.5);
@@ -46,7 +45,6 @@ impl Resolution {
     }
 
     /// Azimuths of incidence, degrees, from 0.
-    #[must_use]
     pub fn azimuths(&self) -> Vec<f64> {
         steps(360.0, self.azimuth_deg, 0.0)
     }
@@ -214,13 +212,11 @@ impl Smearing {
     }
 
     /// Largest difference of the powers before and after, over all incidences.
-    #[must_use]
     pub fn worst_energy(&self) -> f64 {
         self.incidences.iter().map(|i| (i.after - i.before).abs()).fold(0.0, f64::max)
     }
 
     /// Mean fraction of the power in cells that hold more than one order.
-    #[must_use]
     pub fn merged(&self) -> f64 {
         let (sum, all) =
             self.incidences.iter().fold((0.0, 0.0), |(s, a), i| (s + i.merged, a + i.before));
@@ -229,7 +225,6 @@ impl Smearing {
 
     /// Width of cells, in degrees, that would separate all orders of a hundredth of the power: half
     /// the closest distance.
-    #[must_use]
     pub fn resolving_deg(&self) -> f64 {
         0.5 * self.closest_deg
     }

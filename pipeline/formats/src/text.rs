@@ -63,7 +63,6 @@ pub fn check_line_ends(text: &str) -> Result<(), FormatError> {
 }
 
 /// A word of a file as messages show it: quoted, and shortened if long.
-#[must_use]
 pub fn quoted(word: &str) -> String {
     let mut characters = word.chars();
     let start: String = characters.by_ref().take(40).flat_map(char::escape_debug).collect();
@@ -71,7 +70,6 @@ pub fn quoted(word: &str) -> String {
 }
 
 /// The comments in the first lines of a text, each without its `#`.
-#[must_use]
 pub fn leading_comments(text: &str) -> Vec<String> {
     text.split(['\n', '\r'])
         .filter(|l| !l.is_empty())
@@ -110,7 +108,6 @@ pub struct Tokens<'a> {
 
 impl<'a> Tokens<'a> {
     /// The tokens of `text`, with comments from `#` on if `comments`.
-    #[must_use]
     pub fn new(text: &'a str, comments: bool) -> Self {
         Self {
             rest: text,
@@ -121,7 +118,6 @@ impl<'a> Tokens<'a> {
     }
 
     /// The tokens of a part of a file that begins at `line`, without comments.
-    #[must_use]
     pub fn starting(text: &'a str, line: usize) -> Self {
         Self { line, ..Self::new(text, false) }
     }
@@ -231,7 +227,6 @@ impl<'a> Tokens<'a> {
     }
 
     /// Upper bound on the number of tokens left.
-    #[must_use]
     pub fn at_most(&self) -> usize {
         self.rest.len().div_ceil(2)
     }
@@ -358,7 +353,6 @@ impl<'a> Tokens<'a> {
 const SCATTER_TYPES: [&str; 2] = ["BRDF", "BTDF"];
 
 /// The scatter type of a transport, as files spell it.
-#[must_use]
 pub fn scatter_type(transport: Transport) -> &'static str {
     SCATTER_TYPES[transport.index()]
 }

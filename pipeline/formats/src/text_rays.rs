@@ -242,7 +242,6 @@ const NUMBERS_OF_RAY: std::ops::RangeInclusive<usize> = 6..=16;
 
 /// True if a text of these lines begins as one for Zemax does: number of rays and unit, then a line of
 /// numbers that is meant to be a ray, whatever is wrong with it.
-#[must_use]
 pub fn begins_like_zemax(lines: &[&str]) -> bool {
     let mut filled =
         lines.iter().filter(|line| !line.is_empty()).map(|line| line.replace(',', " "));

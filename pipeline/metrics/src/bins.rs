@@ -3,12 +3,17 @@
 //!
 //! Extremes, their biases and errors: `super::sampled`.
 
+use super::figures::Definition;
+use super::figures::receiver::{FLUX, MAX, MEAN, MIN, MIN_TO_MAX, NINE_POINTS, THIRTEEN_POINTS};
 use super::illuminance::Grid;
 use super::layout::Layout;
 use super::sampled::{LevelEstimates, Levels, Sampled};
 use super::uniformity;
 use super::uniformity_forms::{POINTS, samples};
 use super::{Estimate, Grouped};
+
+/// Smallest over largest of all bins, and of the points.
+const RATIOS: [Definition; 3] = [MIN_TO_MAX, NINE_POINTS, THIRTEEN_POINTS];
 
 /// Bins of a receiver.
 #[derive(Debug, Clone)]
@@ -53,39 +58,47 @@ impl Bins {
 
     /// Flux, mean, smallest and largest value, smallest over largest, which dark bins lack (NaN);
     /// the same of the points, where there are some.
-    pub fn values(&self, powers: &[f64]) -> Vec<f64> {
+    pub fn values(&self, powers: &[f64]) -> Vec<(Definition, f64)> {
         let flux: f64 = powers.iter().sum();
         let levels = self.regions.iter().map(|region| region.levels(powers, f64::NAN));
         let levels: Vec<Levels> = levels.collect();
-        let all = [flux, flux / self.measure, levels[0].low, levels[0].high];
-        all.into_iter().chain(levels.iter().map(ratio)).collect()
+        let all = [
+            (FLUX, flux),
+            (MEAN, flux / self.measure),
+            (MIN, levels[0].low),
+            (MAX, levels[0].high),
+        ];
+        all.into_iter().chain(RATIOS.into_iter().zip(levels.iter().map(ratio))).collect()
+    }
+
+    /// The same with their errors, without their definitions.
+    pub fn estimates(&self, powers: &Grouped) -> Vec<Estimate> {
+        self.figures(powers).into_iter().map(|(_, estimate)| estimate).collect()
     }
 
     /// The same with their errors.
-    pub fn estimates(&self, powers: &Grouped) -> Vec<Estimate> {
+    pub fn figures(&self, powers: &Grouped) -> Vec<(Definition, Estimate)> {
         let flux: f64 = powers.total().iter().sum();
         let error = powers.map(|bins| vec![bins.iter().sum()]).standard_errors()[0];
         let levels = LevelEstimates::new(&self.regions, powers);
         let all = [
-            Estimate::new(flux, error),
-            Estimate::new(flux / self.measure, error / self.measure),
-            levels.estimate(0, |levels| levels.low),
-            levels.estimate(0, |levels| levels.high),
+            (FLUX, Estimate::new(flux, error)),
+            (MEAN, Estimate::new(flux / self.measure, error / self.measure)),
+            (MIN, levels.estimate(0, |levels| levels.low)),
+            (MAX, levels.estimate(0, |levels| levels.high)),
         ];
         // Half of the paths may show no light where all do.
         let of_lit = |levels: &Levels| uniformity::ratio(levels.low, levels.high);
         let ratios = (0..self.regions.len()).map(|region| {
             if flux > 0.0 { levels.share(region, of_lit) } else { Estimate::new(f64::NAN, 0.0) }
         });
-        all.into_iter().chain(ratios).collect()
+        all.into_iter().chain(RATIOS.into_iter().zip(ratios)).collect()
     }
 
-    /// Change of each of [`Bins::values`] by the power of one path where none arrived; 0 of the
-    /// ratios, which are no sums.
-    pub fn one_path(&self, power: f64) -> Vec<f64> {
+    /// Change of those of [`Bins::values`] that are sums by the power of one path where none arrived.
+    pub fn one_path(&self, power: f64) -> [(Definition, f64); 4] {
         let (all, least) = (self.measure, self.least);
-        let ratios = std::iter::repeat_n(0.0, self.regions.len());
-        [power, power / all, power / least, power / least].into_iter().chain(ratios).collect()
+        [(FLUX, power), (MEAN, power / all), (MIN, power / least), (MAX, power / least)]
     }
 }
 
@@ -126,7 +139,7 @@ mod tests {
         let ends = points.estimates(&grouped(&corner, 0.0))[5].interval().expect("open");
         assert!(ends[0] <= 0.0 && ends[1] >= 1.0, "{ends:?}");
         let dark = bins.values(&[0.0; 3]);
-        assert!(dark[4].is_nan() && dark[..4].iter().all(|v| *v == 0.0), "{dark:?}");
+        assert!(dark[4].1.is_nan() && dark[..4].iter().all(|(_, v)| *v == 0.0), "{dark:?}");
     }
 
     #[test]
@@ -139,7 +152,7 @@ mod tests {
         let none = Layout::of_places(Vec::new());
         let of = |spot, powers: &[f64]| {
             let bins = Bins::new(&[2.0; 180], None).with_points([15, 12], &none, spot, None);
-            bins.values(powers)[5..].to_vec()
+            bins.values(powers)[5..].iter().map(|(_, value)| *value).collect::<Vec<_>>()
         };
         let expected = [[10.0, 4.0], [13.5, 5.4]].map(|place| field(place) / field([0.0, 0.0]));
         for (found, expected) in of(None, &powers).iter().zip(expected) {
@@ -158,7 +171,7 @@ mod tests {
         let leds = Layout::of_places(axes.collect()).seen_from([0.0; 2], [2.0, 1.0]);
         let bins = Bins::new(&[2.0; 180], None);
         assert!(of(None, &wave)[0] > 0.9);
-        assert!(bins.with_points([15, 12], &leds, None, None).values(&wave)[5] < 0.5);
+        assert!(bins.with_points([15, 12], &leds, None, None).values(&wave)[5].1 < 0.5);
     }
 
     #[test]

@@ -257,6 +257,11 @@ pub const FIELD_ANGLE: Definition = of_far_field(
 )
 .scaled(ANGLE_SCALE)
 .means("Full angle between the directions at which the intensity, averaged over azimuth, falls to a tenth of its peak.");
+/// Intensity on the axis.
+pub const INTENSITY_CENTRE: Definition =
+    of_far_field("intensity_centre", "intensity, centre", Unit::WattPerSteradian)
+        .absolute()
+        .means("Intensity straight up.");
 /// Largest intensity.
 pub const INTENSITY_PEAK: Definition =
     of_far_field("intensity_peak", "intensity, peak", Unit::WattPerSteradian)
@@ -321,21 +326,60 @@ const fn temperature(key: &'static str, label: &'static str) -> Definition {
 /// Largest distance between the chromaticities of two of the nine points of the cell.
 pub const COLOUR_DIFFERENCE: Definition =
     colour_difference("cell_colour_difference", "colour difference Δu'v', cell").means("Largest colour difference between two of nine points of the rectangle between the outermost LEDs.");
-/// Figures of colours: differences, then u', v', colour temperature and Duv of the map and of the
-/// far field upwards, in the order in which they are read.
-pub const COLOURS: [Definition; 11] = [
-    COLOUR_DIFFERENCE,
-    colour_difference("cell_colour_difference_parts", "colour difference Δu'v', parts of cell").means("Largest colour difference between two parts of the rectangle between the outermost LEDs."),
-    colour_difference("far_field_colour_difference", "colour difference Δu'v', directions of far field").means("Largest colour difference between two directions."),
-    colour("plane_u_prime", "u', map").adding_wavelengths().means("Chromaticity u' of all light on the receiver plane."),
-    colour("plane_v_prime", "v', map").adding_wavelengths().means("Chromaticity v' of all light on the receiver plane."),
-    temperature("plane_cct_k", "correlated colour temperature, map").means("Colour temperature of all light on the receiver plane."),
-    colour("plane_duv", "Duv, map").means("Distance of the colour on the receiver plane from that of a black body: greenish above 0, pinkish below."),
-    colour("far_field_u_prime", "u', far field").adding_wavelengths().means("Chromaticity u' of all light that leaves upwards."),
-    colour("far_field_v_prime", "v', far field").adding_wavelengths().means("Chromaticity v' of all light that leaves upwards."),
-    temperature("far_field_cct_k", "correlated colour temperature, far field").means("Colour temperature of all light that leaves upwards."),
-    colour("far_field_duv", "Duv, far field").means("Distance of the colour of the light upwards from that of a black body: greenish above 0, pinkish below."),
-];
+/// Largest distance between the chromaticities of two parts of the cell.
+pub const PARTS_DIFFERENCE: Definition = colour_difference(
+    "cell_colour_difference_parts",
+    "colour difference Δu'v', parts of cell",
+)
+.means("Largest colour difference between two parts of the rectangle between the outermost LEDs.");
+/// Largest distance between the chromaticities of two directions.
+pub const ANGLE_DIFFERENCE: Definition = colour_difference(
+    "far_field_colour_difference",
+    "colour difference Δu'v', directions of far field",
+)
+.means("Largest colour difference between two directions.");
+
+/// Figures of the colour of a region, or their values.
+#[derive(Debug, Clone, Copy)]
+pub struct ColourFigures<T = Definition> {
+    /// Chromaticity u'.
+    pub u_prime: T,
+    /// Chromaticity v'.
+    pub v_prime: T,
+    /// Correlated colour temperature.
+    pub cct_k: T,
+    /// Distance from black bodies.
+    pub duv: T,
+}
+
+impl<T: Copy> ColourFigures<T> {
+    /// In the order in which they are shown.
+    pub const fn all(&self) -> [T; 4] {
+        [self.u_prime, self.v_prime, self.cct_k, self.duv]
+    }
+}
+
+/// Colour of the map.
+pub const PLANE_COLOUR: ColourFigures = ColourFigures {
+    u_prime: colour("plane_u_prime", "u', map").adding_wavelengths().means("Chromaticity u' of all light on the receiver plane."),
+    v_prime: colour("plane_v_prime", "v', map").adding_wavelengths().means("Chromaticity v' of all light on the receiver plane."),
+    cct_k: temperature("plane_cct_k", "correlated colour temperature, map").means("Colour temperature of all light on the receiver plane."),
+    duv: colour("plane_duv", "Duv, map").means("Distance of the colour on the receiver plane from that of a black body: greenish above 0, pinkish below."),
+};
+/// Colour of the far field upwards.
+pub const FAR_FIELD_COLOUR: ColourFigures = ColourFigures {
+    u_prime: colour("far_field_u_prime", "u', far field").adding_wavelengths().means("Chromaticity u' of all light that leaves upwards."),
+    v_prime: colour("far_field_v_prime", "v', far field").adding_wavelengths().means("Chromaticity v' of all light that leaves upwards."),
+    cct_k: temperature("far_field_cct_k", "correlated colour temperature, far field").means("Colour temperature of all light that leaves upwards."),
+    duv: colour("far_field_duv", "Duv, far field").means("Distance of the colour of the light upwards from that of a black body: greenish above 0, pinkish below."),
+};
+
+/// Figures of colours: differences, then the colours of the map and of the far field upwards.
+pub fn colours() -> impl Iterator<Item = Definition> {
+    let differences = [COLOUR_DIFFERENCE, PARTS_DIFFERENCE, ANGLE_DIFFERENCE].into_iter();
+    differences.chain(PLANE_COLOUR.all()).chain(FAR_FIELD_COLOUR.all())
+}
+
 /// Power that leaves upwards, per power emitted.
 pub const ESCAPED_UP: Definition =
     figure("escaped_up", "escaped up", Unit::Fraction, Source::Ledger, LARGER)
@@ -360,34 +404,34 @@ pub const FLUX_DOWN: Definition =
     figure("flux_down", "flux, down", Unit::Watt, Source::Ledger, NEITHER)
         .absolute()
         .means("Flux that leaves downwards.");
+/// Mean illuminance above the LEDs.
+pub const ABOVE_LEDS: Definition =
+    illuminance("illuminance_above_leds", "illuminance, above LEDs", NEITHER)
+        .means("Mean illuminance of the places above the LEDs.");
+/// Largest illuminance.
+pub const ILLUMINANCE_PEAK: Definition =
+    illuminance("illuminance_peak", "illuminance, peak", NEITHER)
+        .means("Largest illuminance on the receiver plane.");
 /// Mean illuminance of the cell.
 pub const CELL_MEAN: Definition =
     illuminance("illuminance_cell_mean", "illuminance, cell mean", LARGER)
         .means("Mean illuminance of the rectangle between the outermost LEDs.");
 
-/// Figures of a far field, in the order in which they are read.
+/// Figures of a far field, in the order in which they are shown.
 pub const FAR_FIELD: [Definition; 8] = [
     PEAK_ANGLE,
     CENTRE_TO_PEAK,
     PARABOLA,
     BEAM_ANGLE,
     FIELD_ANGLE,
-    of_far_field("intensity_centre", "intensity, centre", Unit::WattPerSteradian)
-        .absolute()
-        .means("Intensity straight up."),
+    INTENSITY_CENTRE,
     INTENSITY_PEAK,
     INTENSITY_PER_KILOLUMEN,
 ];
 /// Figures of the map between neighbours, above the zero of the design.
 pub const BETWEEN_NEIGHBOURS: [Definition; 3] = [UNIFORMITY, UNIFORMITY_DIAGONAL, VALLEY_TO_PEAK];
-/// Figures of the map in absolute units, in the order in which they are read.
-pub const ILLUMINANCE: [Definition; 3] = [
-    illuminance("illuminance_above_leds", "illuminance, above LEDs", NEITHER)
-        .means("Mean illuminance of the places above the LEDs."),
-    illuminance("illuminance_peak", "illuminance, peak", NEITHER)
-        .means("Largest illuminance on the receiver plane."),
-    CELL_MEAN,
-];
+/// Figures of the map in absolute units, in the order in which they are shown.
+pub const ILLUMINANCE: [Definition; 3] = [ABOVE_LEDS, ILLUMINANCE_PEAK, CELL_MEAN];
 
 const fn of_bins(key: &'static str, label: &'static str, better: Better) -> Definition {
     figure(key, label, Unit::WattPerSquareMillimetre, Source::Receiver, better)
@@ -401,38 +445,67 @@ const fn ratio_of_bins(key: &'static str, label: &'static str) -> Definition {
     Definition { unit: Unit::Fraction, ..of_bins(key, label, LARGER) }.scaled(FORM_SCALE)
 }
 
-/// Figures of every receiver that has one flux, in the order in which they are read: its share of
-/// the emitted flux, then mean and extremes of its quantity; of rectangles with three bins along each
-/// side the points of a display; then [`BY_ANGLE`].
-pub const OF_RECEIVER: [Definition; 10] = [
-    Definition { unit: Unit::Fraction, ..of_bins("flux", "flux", LARGER) }
-        .scaled(SHARE_SCALE)
-        .adding_wavelengths()
-        .means("Share of the emitted power that reaches the receiver; of converted light in lumens, of 683 lm for each watt."),
-    of_bins("mean", "mean", LARGER).means("Mean over the bins of the receiver."),
-    of_bins("min", "min", NEITHER).means("Smallest bin of the receiver."),
-    of_bins("max", "max", NEITHER).means("Largest bin of the receiver."),
-    ratio_of_bins("min_to_max", "min/max").means("Smallest over largest bin of the receiver."),
-    ratio_of_bins("nine_points", "nine points, min/max")
-        .means("Smallest over largest of nine points of the receiver, as displays are measured."),
-    ratio_of_bins("thirteen_points", "thirteen points, min/max").means(
-        "Smallest over largest of thirteen points of the receiver, as displays are measured.",
-    ),
-    BY_ANGLE[0],
-    BY_ANGLE[1],
-    BY_ANGLE[2],
-];
+/// Figures of receivers that have one flux.
+pub mod receiver {
+    use super::{
+        Definition, LARGER, NEITHER, SHARE_SCALE, Unit, angle_of_bins, of_bins, ratio_of_bins,
+    };
 
-/// Figures of luminance by the angle to the normal, over the whole rectangle: about the normal, and
-/// the angles between the directions in the planes of u and v at which it falls to half of its peak.
-pub const BY_ANGLE: [Definition; 3] = [
-    of_bins("axial", "axial", LARGER).means("Luminance seen along the normal of the receiver."),
-    angle_of_bins("fwhm_u_deg", "full width at half luminance along u").means(
-        "Full angle between the directions along u at which the luminance falls to half of its peak, outwards from it.",
-    ),
-    angle_of_bins("fwhm_v_deg", "full width at half luminance along v").means(
-        "Full angle between the directions along v at which the luminance falls to half of its peak, outwards from it.",
-    ),
+    /// Share of the emitted flux.
+    pub const FLUX: Definition =
+        Definition { unit: Unit::Fraction, ..of_bins("flux", "flux", LARGER) }
+            .scaled(SHARE_SCALE)
+            .adding_wavelengths()
+            .means("Share of the emitted power that reaches the receiver; of converted light in lumens, of 683 lm for each watt.");
+    /// Mean of its quantity.
+    pub const MEAN: Definition =
+        of_bins("mean", "mean", LARGER).means("Mean over the bins of the receiver.");
+    /// Smallest bin.
+    pub const MIN: Definition =
+        of_bins("min", "min", NEITHER).means("Smallest bin of the receiver.");
+    /// Largest bin.
+    pub const MAX: Definition =
+        of_bins("max", "max", NEITHER).means("Largest bin of the receiver.");
+    /// Smallest over largest bin.
+    pub const MIN_TO_MAX: Definition =
+        ratio_of_bins("min_to_max", "min/max").means("Smallest over largest bin of the receiver.");
+    /// Smallest over largest of nine points of a display.
+    pub const NINE_POINTS: Definition = ratio_of_bins("nine_points", "nine points, min/max")
+        .means("Smallest over largest of nine points of the receiver, as displays are measured.");
+    /// Smallest over largest of thirteen points of a display.
+    pub const THIRTEEN_POINTS: Definition =
+        ratio_of_bins("thirteen_points", "thirteen points, min/max").means(
+            "Smallest over largest of thirteen points of the receiver, as displays are measured.",
+        );
+    /// Luminance about the normal, over the whole rectangle.
+    pub const AXIAL: Definition =
+        of_bins("axial", "axial", LARGER).means("Luminance seen along the normal of the receiver.");
+    /// Angle between the directions in the plane of u at which luminance falls to half of its peak.
+    pub const WIDTH_U: Definition =
+        angle_of_bins("fwhm_u_deg", "full width at half luminance along u").means(
+            "Full angle between the directions along u at which the luminance falls to half of its peak, outwards from it.",
+        );
+    /// The same in the plane of v.
+    pub const WIDTH_V: Definition =
+        angle_of_bins("fwhm_v_deg", "full width at half luminance along v").means(
+            "Full angle between the directions along v at which the luminance falls to half of its peak, outwards from it.",
+        );
+}
+
+/// Figures of every receiver that has one flux, in the order in which they are shown: its share of
+/// the emitted flux, then mean and extremes of its quantity; of rectangles with three bins along each
+/// side the points of a display; then luminance by the angle to the normal.
+pub const OF_RECEIVER: [Definition; 10] = [
+    receiver::FLUX,
+    receiver::MEAN,
+    receiver::MIN,
+    receiver::MAX,
+    receiver::MIN_TO_MAX,
+    receiver::NINE_POINTS,
+    receiver::THIRTEEN_POINTS,
+    receiver::AXIAL,
+    receiver::WIDTH_U,
+    receiver::WIDTH_V,
 ];
 
 /// Fluxes on the surfaces of a receiver, as shares of the emitted flux: what comes from each side, and
@@ -455,7 +528,7 @@ const fn of_side(key: &'static str, label: &'static str) -> Definition {
 
 /// Former names of figures of receivers, each with the name of today.
 const FORMER: [[&str; 2]; 2] =
-    [["half_angle_u_deg", BY_ANGLE[1].key], ["half_angle_v_deg", BY_ANGLE[2].key]];
+    [["half_angle_u_deg", receiver::WIDTH_U.key], ["half_angle_v_deg", receiver::WIDTH_V.key]];
 
 /// Endings that make the former name before them that of a file.
 const FILES: [&str; 3] = ["csv", "json", "toml"];
@@ -489,13 +562,15 @@ const fn of_receiver(colour: Definition) -> Definition {
     Definition { source: Source::ReceiverColours, ..colour }
 }
 
-/// Colours of every receiver that has one flux, in the order in which they are read.
-pub const COLOURS_OF_RECEIVER: [Definition; 4] = [
-    of_receiver(colour("u_prime", "u'")).adding_wavelengths().means("Chromaticity u' of all light on the receiver."),
-    of_receiver(colour("v_prime", "v'")).adding_wavelengths().means("Chromaticity v' of all light on the receiver."),
-    of_receiver(temperature("cct_k", "correlated colour temperature")).means("Colour temperature of all light on the receiver."),
-    of_receiver(colour("duv", "Duv")).means("Distance of the colour on the receiver from that of a black body: greenish above 0, pinkish below."),
-];
+/// Colour of every receiver that has one flux.
+pub const RECEIVER_COLOUR: ColourFigures = ColourFigures {
+    u_prime: of_receiver(colour("u_prime", "u'")).adding_wavelengths().means("Chromaticity u' of all light on the receiver."),
+    v_prime: of_receiver(colour("v_prime", "v'")).adding_wavelengths().means("Chromaticity v' of all light on the receiver."),
+    cct_k: of_receiver(temperature("cct_k", "correlated colour temperature")).means("Colour temperature of all light on the receiver."),
+    duv: of_receiver(colour("duv", "Duv")).means("Distance of the colour on the receiver from that of a black body: greenish above 0, pinkish below."),
+};
+/// The same in the order in which they are shown.
+pub const COLOURS_OF_RECEIVER: [Definition; 4] = RECEIVER_COLOUR.all();
 
 /// All figures of receivers.
 pub fn of_receivers() -> impl Iterator<Item = Definition> {
@@ -517,7 +592,7 @@ pub fn all() -> impl Iterator<Item = Definition> {
     let forms = FORMS.into_iter().map(of_form);
     let read = FAR_FIELD.into_iter().chain(BETWEEN_NEIGHBOURS).chain([EXTRACTION]);
     let flux = [ESCAPED_UP, ESCAPED_DOWN, FLUX_UP, FLUX_DOWN];
-    read.chain(forms).chain(COLOURS).chain(flux).chain(ILLUMINANCE)
+    read.chain(forms).chain(colours()).chain(flux).chain(ILLUMINANCE)
 }
 
 /// The figure under `key`, with the name of an account or of a receiver in it.
@@ -578,7 +653,7 @@ mod tests {
         for none in ["flux.", "flux", "glow.plate", "absorbed_by_", "escaped_left", "emitted"] {
             assert_eq!(key(none), None, "{none}");
         }
-        let named = OF_RECEIVER[1].of_receiver("plate");
+        let named = receiver::MEAN.of_receiver("plate");
         assert_eq!((&named.key[..], &named.label[..]), ("mean.plate", "plate, mean"));
     }
 

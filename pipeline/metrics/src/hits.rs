@@ -11,7 +11,6 @@ use super::Estimate;
 const ARRIVALS: f64 = 3.0;
 
 /// `sum`, with the power of one path as its error where no path reached it.
-#[must_use]
 pub fn with_one_path(sum: Estimate, one_path: f64) -> Estimate {
     let reached = sum.value != 0.0 || sum.standard_error > 0.0;
     if reached { sum } else { Estimate::new(0.0, one_path) }

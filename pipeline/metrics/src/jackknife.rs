@@ -56,7 +56,6 @@ impl Grouped {
     ///
     /// # Panics
     /// Without parts, or with parts of unequal shape.
-    #[must_use]
     pub fn weighted(parts: &[(f64, &Self)]) -> Self {
         let (first, rest) = parts.split_first().expect("at least one part");
         let scaled = |group: &[f64], weight: f64| group.iter().map(|v| weight * v).collect();
@@ -78,7 +77,6 @@ impl Grouped {
     ///
     /// # Panics
     /// As [`Grouped::weighted`].
-    #[must_use]
     pub fn weighted_merged(parts: &[(f64, &Self)], bins: usize, together: usize) -> Self {
         let count = parts.first().expect("at least one part").1.count();
         let is_multiple = count.is_multiple_of(together) && count >= 2 * together;

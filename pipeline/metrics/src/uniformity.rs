@@ -8,10 +8,10 @@
 //! max(0, 1 + ln v / ln 256), of the map as it is or above its smallest bin ([`above`]).
 //! Here are the figures of a single map; [`super::uniformity_forms`] adds their errors.
 
-use super::Grouped;
 use super::illuminance::{Grid, largest, smallest};
 use super::layout::{Area, Layout};
 use super::valley::{Lowest, Valley};
+use super::{Estimate, Grouped};
 
 /// How the valley between neighbours is read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -118,13 +118,28 @@ impl MapReading {
 
     /// Uniformity (straight, diagonal) and L_valley / L_peak of one map, with its largest bin as
     /// peak; 0 for a dark map, `None` without neighbours, or with bins too coarse for the fit.
-    pub fn plain(&self, map: &[f64]) -> Option<[f64; 3]> {
+    pub fn plain(&self, map: &[f64]) -> Option<Uniformity<f64>> {
         let peak = largest(map).1;
         let valleys = self.valleys(map)?;
         let [low, corner] = valleys.map(|lowest| ratio(lowest.value(map), peak));
         let on_scale = |v: f64| logarithmic(v, self.full_scale);
-        Some([on_scale(low), on_scale(corner), low])
+        Some(Uniformity {
+            straight: on_scale(low),
+            diagonal: on_scale(corner),
+            valley_to_peak: low,
+        })
     }
+}
+
+/// Figures of one illuminance map between neighbours, with their errors or without.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Uniformity<T = Estimate> {
+    /// Logarithmic, on the straight segments.
+    pub straight: T,
+    /// Logarithmic, on the diagonals; where there are none, that of the segments.
+    pub diagonal: T,
+    /// L_valley / L_peak on the straight segments.
+    pub valley_to_peak: T,
 }
 
 /// A map less its bin `least`.
@@ -147,7 +162,7 @@ pub fn logarithmic(valley_to_peak: f64, full_scale: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::illuminance::{Symmetry, coarser, smoothed};
-    use crate::uniformity_forms::{Regions, Uniformity};
+    use crate::uniformity_forms::Regions;
 
     fn reading_of(
         grid: Grid,
@@ -246,10 +261,10 @@ mod tests {
         assert!(u.straight.standard_error < 1e-12);
         let reading = reading_of(GRID, &square(2), 256.0, ValleyReading::Fit);
         let one = map(w, floor, 0.0, 4);
-        let [straight, diagonal, ratio] = reading.plain(one.total()).expect("neighbours");
-        assert!((straight - u.straight.value).abs() < 1e-12);
-        assert!((diagonal - u.diagonal.value).abs() < 1e-12);
-        assert!((ratio - u.valley_to_peak.value).abs() < 1e-12);
+        let plain = reading.plain(one.total()).expect("neighbours");
+        assert!((plain.straight - u.straight.value).abs() < 1e-12);
+        assert!((plain.diagonal - u.diagonal.value).abs() < 1e-12);
+        assert!((plain.valley_to_peak - u.valley_to_peak.value).abs() < 1e-12);
     }
 
     #[test]
@@ -304,7 +319,7 @@ mod tests {
         assert!((read.diagonal.value - logarithmic(mean(0.3, 0.3) / peak, 256.0)).abs() < 1e-9);
         let reading = reading_of(grid, &square(2), 256.0, ValleyReading::Bins);
         let plain = reading.plain(seen.total());
-        assert!((plain.expect("neighbours")[0] - read.straight.value).abs() < 1e-12);
+        assert!((plain.expect("neighbours").straight - read.straight.value).abs() < 1e-12);
     }
 
     #[test]

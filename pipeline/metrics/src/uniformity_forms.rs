@@ -27,7 +27,7 @@ pub use self::cell::{MapMean, PHASES, cell, nine_points, sees_one_phase};
 pub(crate) use self::cell::{POINTS, samples};
 use super::illuminance::largest;
 use super::sampled::{LevelEstimates, Levels, Sampled};
-use super::uniformity::{MapReading, logarithmic, ratio};
+use super::uniformity::{MapReading, Uniformity, logarithmic, ratio};
 use super::valley::Valley;
 use super::{Estimate, Grouped, JackknifedFigure};
 
@@ -241,17 +241,6 @@ impl Regions {
         }
         all
     }
-}
-
-/// Figures of one illuminance map between neighbours.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Uniformity {
-    /// Logarithmic, on the straight segments.
-    pub straight: Estimate,
-    /// Logarithmic, on the diagonals; where there are none, that of the segments.
-    pub diagonal: Estimate,
-    /// L_valley / L_peak on the straight segments.
-    pub valley_to_peak: Estimate,
 }
 
 impl Uniformity {

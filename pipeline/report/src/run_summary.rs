@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use metrics::Estimate;
 use metrics::digits::thousands;
 use metrics::extraction::is_end;
-use metrics::figures::{BEAM_ANGLE, COLOURS, EXTRACTION, FAR_FIELD, FIELD_ANGLE, UNIFORMITY};
+use metrics::figures::{self, BEAM_ANGLE, EXTRACTION, FAR_FIELD, FIELD_ANGLE, UNIFORMITY};
 use metrics::plural::count;
 use metrics::quantity::Unit;
 use metrics::uniformity_forms::{FORMS, Form, Region};
@@ -121,6 +121,7 @@ const ROWS: [(&str, Form); 4] = [
     ("logarithmic", Form::Logarithmic),
 ];
 
+/// Forms of uniformity, a column for each region that was read.
 fn uniformity(text: &mut String, model: &ModelResult) {
     let regions = [
         ("segment", Region::Segment),
@@ -132,17 +133,17 @@ fn uniformity(text: &mut String, model: &ModelResult) {
         let known = FORMS.iter().find(|f| f.region == region && f.form == form)?;
         model.figure(known.key).map(|f| shown::text(&f.entry, f.unit))
     };
-    let there: Vec<_> = regions
+    let read: Vec<_> = regions
         .into_iter()
         .filter(|(_, region)| value(*region, Form::ValleyToPeak).is_some())
         .collect();
-    if there.is_empty() {
+    if read.is_empty() {
         return;
     }
-    let heading = in_columns(COLUMN, there.iter().map(|(name, _)| (*name).to_owned()));
+    let heading = in_columns(COLUMN, read.iter().map(|(name, _)| (*name).to_owned()));
     let _ = writeln!(text, " {:<w$}{}", "uniformity", heading.trim_end(), w = NAMES + 1);
     for (name, form) in ROWS {
-        let cells = there.iter().map(|(_, region)| value(*region, form).unwrap_or_default());
+        let cells = read.iter().map(|(_, region)| value(*region, form).unwrap_or_default());
         let cells = in_columns(COLUMN, cells);
         line(text, name, cells.trim_end());
     }
@@ -150,7 +151,7 @@ fn uniformity(text: &mut String, model: &ModelResult) {
         ("nine points, min/max", Region::NinePoints, Region::AreaNinePoints),
         ("thirteen points, min/max", Region::ThirteenPoints, Region::AreaThirteenPoints),
     ] {
-        let cells = there.iter().map(|(_, region)| match region {
+        let cells = read.iter().map(|(_, region)| match region {
             Region::Cell => value(of_cell, Form::ValleyToPeak),
             Region::Area => value(of_area, Form::ValleyToPeak),
             _ => None,
@@ -188,7 +189,7 @@ fn far_field(text: &mut String, model: &ModelResult) {
 }
 
 fn colours(text: &mut String, model: &ModelResult) {
-    let found = COLOURS.iter().filter_map(|definition| model.figure(definition.key));
+    let found = figures::colours().filter_map(|definition| model.figure(definition.key));
     for (number, figure) in found.enumerate() {
         if number == 0 {
             text.push_str(" colour\n");

@@ -112,7 +112,6 @@ impl Earlier {
     }
 
     /// The results of a run with these beside them.
-    #[must_use]
     pub fn with(&self, new: ResultsFile) -> ResultsFile {
         let mut file = self.file.clone();
         let join = |kept: &mut BTreeMap<String, ModelEntries>, new| {

@@ -3,9 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use metrics::figures::{
-    BY_ANGLE, COLOURS_OF_RECEIVER, Definition, ESCAPED_UP, EXTRACTION, FLUX_UP, OF_RECEIVER,
-};
+use metrics::figures::receiver::{AXIAL, MAX, MEAN, MIN_TO_MAX, NINE_POINTS, WIDTH_U, WIDTH_V};
+use metrics::figures::{ESCAPED_UP, EXTRACTION, FLUX_UP, RECEIVER_COLOUR};
 use metrics::kinds::ReceiverKind;
 
 use crate::schema::ReceiverEntry;
@@ -20,33 +19,30 @@ pub fn headline(
     general: &[&str],
     receivers: Option<&BTreeMap<String, ReceiverEntry>>,
 ) -> Vec<String> {
-    let luminance = |receiver: &&ReceiverEntry| receiver.kind == ReceiverKind::Luminance;
-    let [axial, width_u, width_v] = BY_ANGLE;
+    let is_luminance = |receiver: &&ReceiverEntry| receiver.kind == ReceiverKind::Luminance;
     let is_wide = |receiver: &ReceiverEntry| {
-        [width_u, width_v].iter().any(|width| receiver.figures.contains_key(width.key))
+        [WIDTH_U, WIDTH_V].iter().any(|width| receiver.figures.contains_key(width.key))
     };
     let of_all = || receivers.into_iter().flatten();
-    let has_luminance = of_all().any(|(_, receiver)| luminance(&receiver));
-    let narrow = || of_all().filter(|(_, receiver)| luminance(receiver) && !is_wide(receiver));
+    let has_luminance = of_all().any(|(_, receiver)| is_luminance(&receiver));
+    let narrow = || of_all().filter(|(_, receiver)| is_luminance(receiver) && !is_wide(receiver));
     let has_narrow = narrow().next().is_some();
-    let has_axial = narrow().any(|(_, receiver)| receiver.figures.contains_key(axial.key));
-    let [mean, max, min_to_max, nine_points] =
-        ["mean", "max", "min_to_max", "nine_points"].map(of_receiver);
-    let [u_prime, v_prime, ..] = COLOURS_OF_RECEIVER;
+    let has_axial = narrow().any(|(_, receiver)| receiver.figures.contains_key(AXIAL.key));
     let of_receivers = of_all().flat_map(|(name, receiver)| {
-        let points = [nine_points, min_to_max];
+        let points = [NINE_POINTS, MIN_TO_MAX];
         let uniformity = points.into_iter().find(|f| receiver.figures.contains_key(f.key));
         let figures = match receiver.kind {
             ReceiverKind::Luminance if has_narrow && is_wide(receiver) => {
                 // The luminance on the axis stands once.
-                [axial, width_u, width_v].into_iter().skip(usize::from(has_axial)).collect()
+                [AXIAL, WIDTH_U, WIDTH_V].into_iter().skip(usize::from(has_axial)).collect()
             }
             ReceiverKind::Luminance => {
-                let read = [axial, width_u, width_v, u_prime, v_prime].into_iter();
+                let colour = [RECEIVER_COLOUR.u_prime, RECEIVER_COLOUR.v_prime];
+                let read = [AXIAL, WIDTH_U, WIDTH_V].into_iter().chain(colour);
                 read.chain(uniformity).collect()
             }
-            ReceiverKind::Plane => [mean].into_iter().chain(uniformity).collect(),
-            ReceiverKind::FarField | ReceiverKind::CGamma => vec![max],
+            ReceiverKind::Plane => [MEAN].into_iter().chain(uniformity).collect(),
+            ReceiverKind::FarField | ReceiverKind::CGamma => vec![MAX],
             ReceiverKind::Surface => Vec::new(),
         };
         let read = figures.into_iter().filter(|f| receiver.figures.contains_key(f.key));
@@ -59,12 +55,6 @@ pub fn headline(
     } else {
         general.chain(of_receivers).collect()
     }
-}
-
-/// The figure of receivers under `key`.
-fn of_receiver(key: &str) -> Definition {
-    let figure = OF_RECEIVER.into_iter().find(|figure| figure.key == key);
-    figure.expect("a figure of receivers")
 }
 
 #[cfg(test)]
@@ -91,7 +81,7 @@ mod tests {
     #[test]
     fn a_display_is_known_by_its_axis_and_not_by_means_over_directions() {
         let general = [EXTRACTION, UNIFORMITY, PEAK_ANGLE].map(|figure| figure.key);
-        let [axial, width, _] = BY_ANGLE.map(|figure| figure.key);
+        let [axial, width] = [AXIAL.key, WIDTH_U.key];
         let of = |entries: Value| headline(&general, Some(&receivers(&entries)));
         let keys = ["mean", "min_to_max", "nine_points", axial, "u_prime"];
         let views = json!({"a": ["luminance", ["mean", axial, width, "u_prime"]],

@@ -475,94 +475,47 @@ pub struct LobeEntry {
     pub order: Option<i32>,
 }
 
-// Derived readers of flattened maps lose the path to a value at fault; these two keep it.
+/// Reads an entry with these required and optional keys, whose other keys are figures: derived readers of
+/// flattened maps lose the path to a value at fault.
+macro_rules! reads_figures {
+    ($Entry:ident: $($required:ident)*; $($optional:ident)*) => {
+        impl<'de> Deserialize<'de> for $Entry {
+            fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+                struct Reader;
+                impl<'de> Visitor<'de> for Reader {
+                    type Value = $Entry;
 
-impl<'de> Deserialize<'de> for ModelEntry {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl<'de> Visitor<'de> for Reader {
-            type Value = ModelEntry;
+                    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                        f.write_str("an object")
+                    }
 
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("an object")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<ModelEntry, A::Error> {
-                let mut model = ModelEntry::default();
-                let (mut ledger, mut counters, mut paths, mut units) = (None, None, None, None);
-                while let Some(key) = map.next_key::<String>()? {
-                    match key.as_str() {
-                        "power_ledger" => ledger = Some(map.next_value()?),
-                        "photon_ledger" => model.photon_ledger = map.next_value()?,
-                        "counters" => counters = Some(map.next_value()?),
-                        "paths" => paths = Some(map.next_value()?),
-                        "units" => units = Some(map.next_value()?),
-                        "tables" => model.tables = map.next_value()?,
-                        "spectrum" => model.spectrum = map.next_value()?,
-                        "absolute" => model.absolute = map.next_value()?,
-                        "polarization" => model.polarization = map.next_value()?,
-                        "receivers" => model.receivers = map.next_value()?,
-                        "until_error" => model.until_error = map.next_value()?,
-                        "design_sha256" => model.design_sha256 = map.next_value()?,
-                        "seed" => model.seed = map.next_value()?,
-                        _ => {
-                            model.figures.insert(key, map.next_value()?);
+                    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<$Entry, A::Error> {
+                        let mut entry = $Entry::default();
+                        $(let mut $required = None;)*
+                        while let Some(key) = map.next_key::<String>()? {
+                            match key.as_str() {
+                                $(stringify!($required) => $required = Some(map.next_value()?),)*
+                                $(stringify!($optional) => entry.$optional = map.next_value()?,)*
+                                _ => {
+                                    entry.figures.insert(key, map.next_value()?);
+                                }
+                            }
                         }
+                        let missing = A::Error::missing_field;
+                        $(entry.$required = $required.ok_or_else(|| missing(stringify!($required)))?;)*
+                        Ok(entry)
                     }
                 }
-                let missing = A::Error::missing_field;
-                model.power_ledger = ledger.ok_or_else(|| missing("power_ledger"))?;
-                model.counters = counters.ok_or_else(|| missing("counters"))?;
-                model.paths = paths.ok_or_else(|| missing("paths"))?;
-                model.units = units.ok_or_else(|| missing("units"))?;
-                Ok(model)
+                deserializer.deserialize_map(Reader)
             }
         }
-        deserializer.deserialize_map(Reader)
-    }
+    };
 }
 
-impl<'de> Deserialize<'de> for WavelengthEntry {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Reader;
-        impl<'de> Visitor<'de> for Reader {
-            type Value = WavelengthEntry;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("an object")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<WavelengthEntry, A::Error> {
-                let mut entry = WavelengthEntry::default();
-                let (mut wavelength_nm, mut weight, mut paths) = (None, None, None);
-                let (mut index, mut absorption) = (None, None);
-                while let Some(key) = map.next_key::<String>()? {
-                    match key.as_str() {
-                        "wavelength_nm" => wavelength_nm = Some(map.next_value()?),
-                        "weight" => weight = Some(map.next_value()?),
-                        "paths" => paths = Some(map.next_value()?),
-                        "silicone_index" => index = Some(map.next_value()?),
-                        "silicone_absorption_per_mm" => absorption = Some(map.next_value()?),
-                        "sources" => entry.sources = map.next_value()?,
-                        "tables" => entry.tables = map.next_value()?,
-                        _ => {
-                            entry.figures.insert(key, map.next_value()?);
-                        }
-                    }
-                }
-                let missing = A::Error::missing_field;
-                entry.wavelength_nm = wavelength_nm.ok_or_else(|| missing("wavelength_nm"))?;
-                entry.weight = weight.ok_or_else(|| missing("weight"))?;
-                entry.paths = paths.ok_or_else(|| missing("paths"))?;
-                entry.silicone_index = index.ok_or_else(|| missing("silicone_index"))?;
-                entry.silicone_absorption_per_mm =
-                    absorption.ok_or_else(|| missing("silicone_absorption_per_mm"))?;
-                Ok(entry)
-            }
-        }
-        deserializer.deserialize_map(Reader)
-    }
-}
+reads_figures!(ModelEntry: power_ledger counters paths units;
+    photon_ledger tables spectrum absolute polarization receivers until_error design_sha256 seed);
+reads_figures!(WavelengthEntry: wavelength_nm weight paths silicone_index silicone_absorption_per_mm;
+    sources tables);
 
 #[cfg(test)]
 mod tests {

@@ -5,8 +5,9 @@
 //! everywhere: `75.31 ± 0.12`, `none (maximum on axis)`, `17.5 to 22.5`, `below 7.5e-7`.
 
 use metrics::digits::{Digits, format_value_with_error, shortest, significant};
+use metrics::figures::receiver::{FLUX, MEAN, WIDTH_U, WIDTH_V};
 use metrics::figures::{
-    self, BEAM_ANGLE, BY_ANGLE, COLOURS_OF_RECEIVER, FIELD_ANGLE, OF_RECEIVER, OF_SURFACE, Source,
+    self, BEAM_ANGLE, COLOURS_OF_RECEIVER, FIELD_ANGLE, OF_RECEIVER, OF_SURFACE, Source,
 };
 use metrics::kinds::Weighting;
 use metrics::quantity::Unit;
@@ -55,7 +56,7 @@ pub fn shown_unit(unit: Unit) -> (f64, &'static str) {
 pub fn absent(key: &str) -> &'static str {
     if [BEAM_ANGLE.key, FIELD_ANGLE.key].contains(&key) {
         "none (the intensity does not fall so far)"
-    } else if BY_ANGLE[1..].iter().any(|figure| key.starts_with(&format!("{}.", figure.key))) {
+    } else if [WIDTH_U, WIDTH_V].iter().any(|figure| key.starts_with(&format!("{}.", figure.key))) {
         "none (the luminance does not fall so far)"
     } else {
         "cannot be read"
@@ -212,8 +213,9 @@ pub fn emitted(flux: &Emitted, spectrum: Option<&SpectrumEntry>) -> String {
 /// Labels and values of the figures of a receiver: fluxes of a surface, or flux, mean and extremes,
 /// colours; of a dark one the bounds of flux and mean.
 pub fn of_receiver(receiver: &ReceiverEntry) -> impl Iterator<Item = (&'static str, String)> {
-    let is_dark = receiver.figures.get("mean").is_some_and(|mean| mean.upper_bound.is_some());
-    let shown = OF_RECEIVER.into_iter().take(if is_dark { 2 } else { OF_RECEIVER.len() });
+    let is_dark = receiver.figures.get(MEAN.key).is_some_and(|mean| mean.upper_bound.is_some());
+    let shown =
+        OF_RECEIVER.into_iter().filter(move |figure| !is_dark || [FLUX, MEAN].contains(figure));
     shown.chain(COLOURS_OF_RECEIVER).chain(OF_SURFACE).filter_map(|figure| {
         let (entry, unit) = receiver.figure(figure.key)?;
         Some((figure.label, text(entry, unit)))

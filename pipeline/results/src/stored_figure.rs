@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Figures of a stored model by their keys in the registry, wherever `results.json` holds them.
 
-use metrics::figures::{self, OF_RECEIVER, OF_SURFACE};
+use metrics::figures::{self, OF_SURFACE, receiver};
 use metrics::photopic::LUMENS_PER_WATT;
 use metrics::quantity::Unit;
 
@@ -67,7 +67,7 @@ impl ReceiverEntry {
 
 /// True of figures of receivers that files hold as flux, and the registry as a share of the emitted.
 fn is_flux(key: &str) -> bool {
-    key == OF_RECEIVER[0].key || OF_SURFACE.iter().any(|figure| figure.key == key)
+    key == receiver::FLUX.key || OF_SURFACE.iter().any(|figure| figure.key == key)
 }
 
 #[cfg(test)]

@@ -29,7 +29,6 @@ pub fn sealed(mut value: Value) -> serde_json::Result<Value> {
 }
 
 /// The hash of a text and the one that it holds; `None` without a place for one.
-#[must_use]
 pub fn hashes(text: &str) -> Option<(String, &str)> {
     let key = format!("\"{KEY}\"");
     let after = text.find(&key)? + key.len();

@@ -132,9 +132,9 @@ impl Store {
     }
 
     /// The store in the folder `name` of the same cache, which lasts; keys that have not been written
-    /// for the longest time are removed where all hold more than `most` bytes.
+    /// for the longest time are removed where all hold more than `max_bytes`.
     #[must_use]
-    pub fn lasting_beside(&self, name: &str, most: u64) -> Self {
+    pub fn lasting_beside(&self, name: &str, max_bytes: u64) -> Self {
         let store = Self::lasting(&self.cache, name, self.console);
         let mut keys: Vec<(SystemTime, u64, PathBuf)> = entries(&store.folder)
             .into_iter()
@@ -147,7 +147,7 @@ impl Store {
         keys.sort();
         let mut bytes: u64 = keys.iter().map(|(_, bytes, _)| bytes).sum();
         for (_, of_key, folder) in keys {
-            if bytes > most {
+            if bytes > max_bytes {
                 remove(&folder);
                 bytes -= of_key;
             }

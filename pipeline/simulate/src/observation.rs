@@ -229,7 +229,6 @@ impl Observation {
     ///
     /// # Panics
     /// Without parts, or with parts of other designs.
-    #[must_use]
     pub fn weighted(parts: &[(f64, &Self)]) -> Self {
         let sum = |of: fn(&Self) -> &Grouped| {
             let parts: Vec<(f64, &Grouped)> = parts.iter().map(|(w, o)| (*w, of(o))).collect();

@@ -64,7 +64,6 @@ impl SlicePlan {
     }
 
     /// The plan of a structure that is not cut: no intervals.
-    #[must_use]
     pub fn none() -> Self {
         Self { intervals: Vec::new() }
     }
@@ -154,7 +153,6 @@ impl SlicePlan {
 /// A result at slices of thickness 0, from `coarse` on n slices and `fine` on n + 1 of them, or on
 /// n and n + 1 times as many of any number: an even power series in the thickness loses its first
 /// term, ((n + 1)² fine - n² coarse) / ((n + 1)² - n²). For `n` of 1 or more.
-#[must_use]
 pub fn extrapolate<T>(coarse: T, fine: T, n: f64) -> T
 where
     T: Mul<f64, Output = T> + Sub<Output = T> + Div<f64, Output = T>,

@@ -23,6 +23,7 @@ pub(super) fn trace<W: Walker<Unpolarised> + Walker<Stokes>>(
     }
 }
 
+/// [`trace`] for one kind of light; paths of more than [`LONG`] surfaces go through the roulette of [`LongPaths`].
 fn one_by_one<L: Light>(
     walker: &mut impl Walker<L>,
     paths: u64,

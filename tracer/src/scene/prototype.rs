@@ -75,7 +75,6 @@ impl Prototype {
     /// The region in which a point (mm, in the frame of the body) lies: that of the first surface
     /// seen from there, [`Region::World`] where none is. Two of three directions decide; of a point
     /// in a surface nothing is promised.
-    #[must_use]
     pub fn region_at(&self, point_mm: DVec3) -> Region {
         let seen = LOOKS
             .map(|look| first_seen(self, point_mm, look).map_or(Region::World, |(_, seen)| seen));
@@ -86,7 +85,6 @@ impl Prototype {
 impl Shape {
     /// True if a point (mm) lies within this shape, which must be closed. Two of three directions
     /// decide; of a point in the surface nothing is promised.
-    #[must_use]
     pub fn holds(&self, point_mm: DVec3) -> bool {
         let inside = |look: &&DVec3| {
             let met = self.intersect(&ray(point_mm, **look), Reach::AHEAD, Sides::Both);

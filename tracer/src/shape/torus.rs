@@ -249,6 +249,7 @@ impl Torus {
         (from < to && to.is_finite()).then_some([from, to])
     }
 
+    /// Nearest point of the tube to `at`, with the normal there.
     #[inline]
     pub(super) fn settle(&self, at: DVec3) -> (DVec3, DVec3) {
         let radius = (at.x * at.x + at.y * at.y).sqrt();

@@ -10,8 +10,9 @@ use super::form::SolidTable;
 use super::solids::resolve_one;
 use crate::check::Context;
 use crate::error::ConfigError;
-use crate::resolved::Design;
-use crate::resolved::solids::{CheckedSolid, LEAST_MM};
+use crate::resolved::Packages;
+use crate::resolved::solids::{CheckedSolid, LEAST_MM, MAX_SOLIDS};
+use crate::schema;
 use crate::schema::film_stack::Film;
 use crate::schema::solids::{
     Contacts, Flat, Per, ScatterLaw, Solid, SolidForm, SolidKeys, SolidScatter,
@@ -24,24 +25,30 @@ const ROUNDING_MM: f64 = 1e-9;
 /// Air between films, mm.
 const GAP_MM: f64 = 0.01;
 
-/// The films of a design whose other parts are checked.
+/// The films of `raw` over its packages, as they are at this wavelength.
 pub(crate) fn resolve(
-    raw: &[Film],
-    design: &Design,
+    raw: &schema::Design,
+    packages: &Packages,
+    wavelength_nm: f64,
     folder: &Path,
     at: &Context,
 ) -> Result<Vec<CheckedSolid>, ConfigError> {
+    let max_films = MAX_SOLIDS - packages.solids.len();
+    if raw.films.len() > max_films {
+        let expected = format!("at most {MAX_SOLIDS} tables of solids and films together");
+        return Err(at.value("films", raw.films.len(), &expected));
+    }
     let mut films: Vec<CheckedSolid> = Vec::new();
     let mut below_mm = None;
-    for (number, film) in raw.iter().enumerate() {
+    for (number, film) in raw.films.iter().enumerate() {
         let table = format!("films[{}]", number + 1);
-        let is_polarised = design.polarization == Carrying::Carried;
+        let is_polarised = raw.light.polarization == Carrying::Carried;
         let read = SolidTable { name: &table, folder, is_polarised, at };
         let thickness_mm = read.length("thickness_mm", film.thickness_mm)?;
         let low_mm = lower_face_mm(film, below_mm, &read)?;
         let is_contact = film.gap_mm == Some(0.0);
         below_mm = Some(low_mm + thickness_mm);
-        let [x, y] = lengths_mm(film, design, &read)?;
+        let [x, y] = lengths_mm(film, packages, &read)?;
         let stated = Solid {
             shared: SolidKeys {
                 name: film.name.clone(),
@@ -52,16 +59,16 @@ pub(crate) fn resolve(
             },
             kind: SolidForm::Box(Flat { size_mm: List([x, y, thickness_mm]), rotation_deg: None }),
         };
-        let known = design.solids.iter().chain(&films).map(CheckedSolid::name);
+        let known = packages.solids.iter().chain(&films).map(CheckedSolid::name);
         read.check_name(&film.name, known)?;
         let faces = [film.top.as_ref(), film.bottom.as_ref()].map(Option::<&SolidScatter>::cloned);
-        let mut film = resolve_one(&stated, faces, design.wavelength_nm, &read)?;
+        let mut film = resolve_one(&stated, faces, wavelength_nm, &read)?;
         if is_contact && let Some(below) = films.last_mut() {
             join(below, &mut film, &read)?;
         }
         films.push(film);
     }
-    tips_in_glue(raw, at)?;
+    tips_in_glue(&raw.films, at)?;
     Ok(films)
 }
 
@@ -178,15 +185,19 @@ fn lower_face_mm(
 }
 
 /// Lengths of a film along x and y.
-fn lengths_mm(film: &Film, design: &Design, read: &SolidTable) -> Result<[f64; 2], ConfigError> {
+fn lengths_mm(
+    film: &Film,
+    packages: &Packages,
+    read: &SolidTable,
+) -> Result<[f64; 2], ConfigError> {
     if let Some(List(stated)) = film.size_mm {
         for length in stated {
             read.length("size_mm", length)?;
         }
         return Ok(stated);
     }
-    if let Some(half) = design.housing_half_mm() {
+    if let Some(half) = packages.housing_half_mm() {
         return Ok(half.map(|half| 2.0 * half));
     }
-    Ok(design.cells_mm())
+    Ok(packages.cells_mm())
 }

@@ -48,8 +48,7 @@ use super::error::ConfigError;
 use super::resolved::dome::Dome;
 use super::resolved::files::Files;
 use super::resolved::incidence_grid::MAX_KX;
-use super::resolved::solids::MAX_SOLIDS;
-use super::resolved::{Design, Mirror, PATHS};
+use super::resolved::{Design, Mirror, PATHS, Packages, is_smooth, rings};
 use super::schema;
 use runtime::serde_arrays::List;
 
@@ -91,7 +90,7 @@ impl Design {
         let housing = raw.housing.as_ref();
         let housing = housing.map(|h| package::housing(h, &at)).transpose()?;
         let is_polarised = raw.light.polarization == Carrying::Carried;
-        let solids = solids::resolve(&raw.solids, (wavelength_nm, is_polarised), folder, &at)?;
+        let mut solids = solids::resolve(&raw.solids, (wavelength_nm, is_polarised), folder, &at)?;
         let lit = (&led, dome.is_some(), &*solids);
         let sources = sources::resolve(raw, lit, light.weighting(), folder, &at)?;
         let source_file = sources::of_files(raw, light.weighting(), folder, &at)?;
@@ -100,13 +99,47 @@ impl Design {
             source_spectra::lights(&raw.trace, &sources, source_file.as_ref(), &whole, &at)?;
         let step_nm = raw.light.step_nm.unwrap_or(STEP_NM);
         let emitted = emitted_flux::resolve(&raw.led.shared, lights.as_ref(), &whole, &at)?;
-        let mut design = Self {
+        let thin_films = films::resolve(raw, wavelength_nm, folder, &at)?;
+        let step_nm = at.within("light.step_nm", step_nm, 0.5, 50.0)?;
+        let packages = Packages {
+            dome: dome.as_ref(),
+            led: &led,
+            array: &array,
+            housing: housing.as_ref(),
+            solids: &solids,
+        };
+        let films = film_stack::resolve(raw, &packages, wavelength_nm, folder, &at)?;
+        let prints = prints::resolve(raw, &packages, &films, folder, &at)?;
+        let receiver = schema::Receiver {
+            margin_mm: Some(raw.receiver.margin_mm(raw.array.pitch_mm)),
+            ..raw.receiver.clone()
+        };
+        check_observation(raw, &receiver, &packages, &at)?;
+        let light_of_receivers = receivers::Light {
+            elements: &elements,
+            sources: &sources,
+            packages: array.count(),
+            file: source_file.as_ref(),
+        };
+        let receivers = receivers::resolve(raw, light_of_receivers, &at)?;
+        let bands = if is_smooth(&elements) {
+            0
+        } else {
+            rings(&elements, &raw.hybrid).shapes.len() / raw.hybrid.rings_per_band
+        };
+        let indices = [silicone.index, 1.0];
+        let files =
+            Files::load(&raw.files, source_file, folder, indices, bands).map_err(of_files)?;
+        // Last: files that cannot be read were refused with their keys.
+        let named = input_files::inputs(raw, folder).map_err(of_files)?;
+        solids.extend(films);
+        let design = Self {
             name: raw.name.clone(),
             description: raw.description.clone(),
             provenance: Provenance {
                 file: file.to_owned(),
                 sha256: sha256_hex(text.as_bytes()),
-                named: Vec::new(),
+                named,
             },
             dome,
             elements,
@@ -122,32 +155,19 @@ impl Design {
             emitted,
             without_bands: None,
             lit: None,
-            receiver: schema::Receiver {
-                margin_mm: Some(raw.receiver.margin_mm(raw.array.pitch_mm)),
-                ..raw.receiver.clone()
-            },
+            receiver,
             far_field: raw.far_field.clone(),
-            receivers: Vec::new(),
+            receivers,
             sources,
             solids,
-            prints: Vec::new(),
+            prints,
             hybrid: raw.hybrid.clone(),
             trace: raw.trace.clone(),
-            files: Files::default(),
-            films: films::resolve(raw, wavelength_nm, folder, &at)?,
-            step_nm: at.within("light.step_nm", step_nm, 0.5, 50.0)?,
+            files,
+            films: thin_films,
+            step_nm,
             polarization: raw.light.polarization,
         };
-        let max_films = MAX_SOLIDS - design.solids.len();
-        if raw.films.len() > max_films {
-            let expected = format!("at most {MAX_SOLIDS} tables of solids and films together");
-            return Err(at.value("films", raw.films.len(), &expected));
-        }
-        let films = film_stack::resolve(&raw.films, &design, folder, &at)?;
-        design.solids.extend(films);
-        design.prints = prints::resolve(&raw.prints, &design, folder, &at)?;
-        design.check_observation(&at)?;
-        design.receivers = receivers::resolve(&raw.receivers, &design, source_file.as_ref(), &at)?;
         design.check_relief(&at)?;
         luminescence::check(&design, raw, &at)?;
         light::check_ends(&design, raw, Self::check_relief, &at)?;
@@ -155,133 +175,11 @@ impl Design {
             .and_then(|()| design.check_tables(&at))
             .and_then(|()| light::check_ends(&design, raw, Self::check_tables, &at));
         match tables {
-            Err(error) if !asks_for_bands => design.without_bands = Some(error.without_file()),
-            others => others?,
-        }
-        let bands = if design.has_relief() {
-            design.hybrid_rings().shapes.len() / design.hybrid.rings_per_band
-        } else {
-            0
-        };
-        let indices = [design.silicone.index, 1.0];
-        design.files =
-            Files::load(&raw.files, source_file, folder, indices, bands).map_err(of_files)?;
-        // Last: files that cannot be read were refused with their keys.
-        design.provenance.named = input_files::inputs(raw, folder).map_err(of_files)?;
-        Ok(design)
-    }
-
-    /// The area that uniformity is stated of lies on the map, and its spots in it.
-    fn check_area(&self, at: &Context) -> Result<(), ConfigError> {
-        let r = &self.receiver;
-        let bin_mm = r.read_bin_mm.unwrap_or(r.bin_mm);
-        if r.area_mm.is_none() && r.area_centre_mm.is_some() {
-            let expected = "an area beside it (receiver.area_mm)";
-            return Err(at.value("receiver.area_centre_mm", "given", expected));
-        }
-        let mut width_mm = self.array.pitch_mm.min();
-        if let (Some(List(size)), Some([low, high])) = (r.area_mm, r.area_corners_mm()) {
-            let margin_mm = r.margin_mm(self.array.pitch_mm);
-            let centre = r.area_centre_mm.map_or([0.0; 2], |List(centre)| centre);
-            for (k, half) in self.half_extent_mm().into_iter().enumerate() {
-                at.within("receiver.area_mm", size[k], 2.0 * bin_mm, MAX_LENGTH_MM)?;
-                at.within("receiver.area_centre_mm", centre[k], -MAX_LENGTH_MM, MAX_LENGTH_MM)?;
-                let edge = half + margin_mm;
-                if low[k].min(-high[k]) < -edge * (1.0 + 1e-9) {
-                    let axis = ["x", "y"][k];
-                    let got = format!("from {axis} = {} to {} mm", low[k], high[k]);
-                    let expected = format!(
-                        "an area on the map, which reaches to ±{} mm; receiver.margin_mm widens it",
-                        shortest(edge)
-                    );
-                    return Err(at.value("receiver.area_mm", got, &expected));
-                }
+            Err(error) if !asks_for_bands => {
+                Ok(Self { without_bands: Some(error.without_file()), ..design })
             }
-            width_mm = size[0].min(size[1]);
+            others => others.map(|()| design),
         }
-        if let Some(spot_mm) = r.spot_mm {
-            let max_mm = (width_mm / 3.0).min(MAX_SPOT_BINS * bin_mm);
-            at.within("receiver.spot_mm", spot_mm, 1e-3, max_mm)?;
-        }
-        Ok(())
-    }
-
-    fn check_observation(&self, at: &Context) -> Result<(), ConfigError> {
-        let (r, f, h) = (&self.receiver, &self.far_field, &self.hybrid);
-        let margin_mm = r.margin_mm(self.array.pitch_mm);
-        at.length("receiver.plane_height_mm", r.plane_height_mm)?;
-        at.length("receiver.bin_mm", r.bin_mm)?;
-        let most = self.array.pitch_mm.min() / 4.0;
-        at.within("receiver.bin_mm", r.bin_mm, 1e-3, most)?;
-        if let Some(read) = r.read_bin_mm {
-            at.within("receiver.read_bin_mm", read, r.bin_mm, most)?;
-            whole_multiple(at, "receiver.read_bin_mm", read, ("receiver.bin_mm", r.bin_mm))?;
-        }
-        at.within("receiver.smoothing_sigma_mm", r.smoothing_sigma_mm, 0.0, most)?;
-        let half = 0.5 * self.array.pitch_mm.max();
-        at.within("receiver.margin_mm", margin_mm, half, package::MAX_MARGIN_MM)?;
-        let across = |half: f64| 2.0 * (half + margin_mm) / r.bin_mm;
-        let bins: f64 = self.half_extent_mm().map(across).iter().product();
-        if bins > MAX_BINS {
-            // Rounded up to micrometres.
-            let least_mm = (1e3 * r.bin_mm * (bins / MAX_BINS).sqrt()).ceil() / 1e3;
-            return Err(at.value(
-                "receiver.bin_mm",
-                r.bin_mm,
-                &format!("at least {least_mm} mm, for {MAX_BINS} bins on the plane, not {bins:.0}"),
-            ));
-        }
-        at.within("receiver.full_scale", r.full_scale, 2.0, 1e9)?;
-        self.check_area(at)?;
-        at.within("far_field.bin_deg", f.bin_deg, 0.1, 15.0)?;
-        whole_division(at, "far_field.bin_deg", 90.0, f.bin_deg)?;
-        at.within("far_field.azimuth_bin_deg", f.azimuth_bin_deg, 1.0, 45.0)?;
-        whole_division(at, "far_field.azimuth_bin_deg", 90.0, f.azimuth_bin_deg)?;
-        let read = f.read_bin_deg();
-        at.within("far_field.read_bin_deg", read, f.bin_deg, 15.0)?;
-        whole_division(at, "far_field.read_bin_deg", 90.0, read)?;
-        // The innermost bin that is read reaches from the axis to `inner`.
-        let (bin, inner) = match f.read_bins {
-            BinPlacement::Between => (("far_field.bin_deg", f.bin_deg), read),
-            BinPlacement::About => (("twice far_field.bin_deg", 2.0 * f.bin_deg), 0.5 * read),
-        };
-        whole_multiple(at, "far_field.read_bin_deg", read, bin)?;
-        at.within("far_field.centre_deg", f.centre_deg, inner, 45.0)?;
-        if !divides(read, f.centre_deg - inner) {
-            let expected = format!(
-                "{inner} and any multiple of {read} more, where the bins that are read end"
-            );
-            return Err(at.value("far_field.centre_deg", f.centre_deg, &expected));
-        }
-        let least = if f.peak == PeakMethod::Parabola { read } else { 0.0 };
-        at.within("far_field.peak_fit_deg", f.peak_fit_deg, least, 45.0)?;
-        if let Some(cut) = f.cut_deg {
-            at.within("far_field.cut_deg", cut, 0.0, 90.0)?;
-        }
-        at.length_um("hybrid.element_width_um", h.element_width_um)?;
-        at.count("hybrid.rings_per_band", h.rings_per_band, 1, 100_000)?;
-        at.count("hybrid.representative", h.representative, 1, h.rings_per_band)?;
-        if let Some(count) = h.kx_per_zone {
-            at.count("hybrid.kx_per_zone", count, 1, MAX_KX)?;
-        }
-        if let Some(count) = h.ky_count {
-            at.count("hybrid.ky_count", count, 2, 1024)?;
-        }
-        if !(MIN_TOLERANCE..=MAX_TOLERANCE).contains(&h.tolerance) {
-            let expected = format!("a number from {MIN_TOLERANCE:e} to {MAX_TOLERANCE}");
-            return Err(at.value("hybrid.tolerance", h.tolerance, &expected));
-        }
-        at.within("hybrid.memory_gib", h.memory_gib, 0.001, 1e6)?;
-        if let Some(stairs) = h.stairs_um {
-            at.within("hybrid.stairs_um", stairs, 1e-3, 1e3)?;
-        }
-        let t = &self.trace;
-        if !PATHS.contains(&t.paths) {
-            let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());
-            return Err(at.value("trace.paths", t.paths, &expected));
-        }
-        at.count("trace.max_interactions", t.max_interactions as usize, 10, 10_000_000)?;
-        Ok(())
     }
 
     pub(crate) fn check_relief(&self, at: &Context) -> Result<(), ConfigError> {
@@ -311,4 +209,121 @@ impl Design {
             _ => Ok(()),
         }
     }
+}
+
+/// The area that uniformity is stated of lies on the map, and its spots in it.
+fn check_area(r: &schema::Receiver, packages: &Packages, at: &Context) -> Result<(), ConfigError> {
+    let bin_mm = r.read_bin_mm.unwrap_or(r.bin_mm);
+    if r.area_mm.is_none() && r.area_centre_mm.is_some() {
+        let expected = "an area beside it (receiver.area_mm)";
+        return Err(at.value("receiver.area_centre_mm", "given", expected));
+    }
+    let mut width_mm = packages.array.pitch_mm.min();
+    if let (Some(List(size)), Some([low, high])) = (r.area_mm, r.area_corners_mm()) {
+        let margin_mm = r.margin_mm(packages.array.pitch_mm);
+        let centre = r.area_centre_mm.map_or([0.0; 2], |List(centre)| centre);
+        for (k, half) in packages.half_extent_mm().into_iter().enumerate() {
+            at.within("receiver.area_mm", size[k], 2.0 * bin_mm, MAX_LENGTH_MM)?;
+            at.within("receiver.area_centre_mm", centre[k], -MAX_LENGTH_MM, MAX_LENGTH_MM)?;
+            let edge = half + margin_mm;
+            if low[k].min(-high[k]) < -edge * (1.0 + 1e-9) {
+                let axis = ["x", "y"][k];
+                let got = format!("from {axis} = {} to {} mm", low[k], high[k]);
+                let expected = format!(
+                    "an area on the map, which reaches to ±{} mm; receiver.margin_mm widens it",
+                    shortest(edge)
+                );
+                return Err(at.value("receiver.area_mm", got, &expected));
+            }
+        }
+        width_mm = size[0].min(size[1]);
+    }
+    if let Some(spot_mm) = r.spot_mm {
+        let max_mm = (width_mm / 3.0).min(MAX_SPOT_BINS * bin_mm);
+        at.within("receiver.spot_mm", spot_mm, 1e-3, max_mm)?;
+    }
+    Ok(())
+}
+
+/// What is recorded and how, and the numbers of tables and paths.
+fn check_observation(
+    raw: &schema::Design,
+    r: &schema::Receiver,
+    packages: &Packages,
+    at: &Context,
+) -> Result<(), ConfigError> {
+    let (f, h) = (&raw.far_field, &raw.hybrid);
+    let margin_mm = r.margin_mm(packages.array.pitch_mm);
+    at.length("receiver.plane_height_mm", r.plane_height_mm)?;
+    at.length("receiver.bin_mm", r.bin_mm)?;
+    let most = packages.array.pitch_mm.min() / 4.0;
+    at.within("receiver.bin_mm", r.bin_mm, 1e-3, most)?;
+    if let Some(read) = r.read_bin_mm {
+        at.within("receiver.read_bin_mm", read, r.bin_mm, most)?;
+        whole_multiple(at, "receiver.read_bin_mm", read, ("receiver.bin_mm", r.bin_mm))?;
+    }
+    at.within("receiver.smoothing_sigma_mm", r.smoothing_sigma_mm, 0.0, most)?;
+    let half = 0.5 * packages.array.pitch_mm.max();
+    at.within("receiver.margin_mm", margin_mm, half, package::MAX_MARGIN_MM)?;
+    let across = |half: f64| 2.0 * (half + margin_mm) / r.bin_mm;
+    let bins: f64 = packages.half_extent_mm().map(across).iter().product();
+    if bins > MAX_BINS {
+        // Rounded up to micrometres.
+        let least_mm = (1e3 * r.bin_mm * (bins / MAX_BINS).sqrt()).ceil() / 1e3;
+        return Err(at.value(
+            "receiver.bin_mm",
+            r.bin_mm,
+            &format!("at least {least_mm} mm, for {MAX_BINS} bins on the plane, not {bins:.0}"),
+        ));
+    }
+    at.within("receiver.full_scale", r.full_scale, 2.0, 1e9)?;
+    check_area(r, packages, at)?;
+    at.within("far_field.bin_deg", f.bin_deg, 0.1, 15.0)?;
+    whole_division(at, "far_field.bin_deg", 90.0, f.bin_deg)?;
+    at.within("far_field.azimuth_bin_deg", f.azimuth_bin_deg, 1.0, 45.0)?;
+    whole_division(at, "far_field.azimuth_bin_deg", 90.0, f.azimuth_bin_deg)?;
+    let read = f.read_bin_deg();
+    at.within("far_field.read_bin_deg", read, f.bin_deg, 15.0)?;
+    whole_division(at, "far_field.read_bin_deg", 90.0, read)?;
+    // The innermost bin that is read reaches from the axis to `inner`.
+    let (bin, inner) = match f.read_bins {
+        BinPlacement::Between => (("far_field.bin_deg", f.bin_deg), read),
+        BinPlacement::About => (("twice far_field.bin_deg", 2.0 * f.bin_deg), 0.5 * read),
+    };
+    whole_multiple(at, "far_field.read_bin_deg", read, bin)?;
+    at.within("far_field.centre_deg", f.centre_deg, inner, 45.0)?;
+    if !divides(read, f.centre_deg - inner) {
+        let expected =
+            format!("{inner} and any multiple of {read} more, where the bins that are read end");
+        return Err(at.value("far_field.centre_deg", f.centre_deg, &expected));
+    }
+    let least = if f.peak == PeakMethod::Parabola { read } else { 0.0 };
+    at.within("far_field.peak_fit_deg", f.peak_fit_deg, least, 45.0)?;
+    if let Some(cut) = f.cut_deg {
+        at.within("far_field.cut_deg", cut, 0.0, 90.0)?;
+    }
+    at.length_um("hybrid.element_width_um", h.element_width_um)?;
+    at.count("hybrid.rings_per_band", h.rings_per_band, 1, 100_000)?;
+    at.count("hybrid.representative", h.representative, 1, h.rings_per_band)?;
+    if let Some(count) = h.kx_per_zone {
+        at.count("hybrid.kx_per_zone", count, 1, MAX_KX)?;
+    }
+    if let Some(count) = h.ky_count {
+        at.count("hybrid.ky_count", count, 2, 1024)?;
+    }
+    if !(MIN_TOLERANCE..=MAX_TOLERANCE).contains(&h.tolerance) {
+        let expected = format!("a number from {MIN_TOLERANCE:e} to {MAX_TOLERANCE}");
+        return Err(at.value("hybrid.tolerance", h.tolerance, &expected));
+    }
+    at.within("hybrid.memory_gib", h.memory_gib, 0.001, 1e6)?;
+    if let Some(stairs) = h.stairs_um {
+        at.within("hybrid.stairs_um", stairs, 1e-3, 1e3)?;
+    }
+    let t = &raw.trace;
+    if !PATHS.contains(&t.paths) {
+        let expected = format!("a whole number from {} to {}", PATHS.start(), PATHS.end());
+        return Err(at.value("trace.paths", t.paths, &expected));
+    }
+    at.count("trace.max_interactions", t.max_interactions as usize, 10, 10_000_000)?;
+    Ok(())
 }

@@ -83,6 +83,7 @@ fn shares_of(table: &str, stated: &FilterKeys, at: &Context) -> Result<StatedSha
         })
     };
     let mut all: Vec<f64> = shares.wavelengths_nm().filter(|nm| is_stated(*nm)).collect();
+    // Shares that are the same at all wavelengths are checked at any.
     if !curves.iter().any(|of| of.is_spectral()) {
         all.push(0.0);
     }

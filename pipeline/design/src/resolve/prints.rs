@@ -12,37 +12,39 @@ use tracer::{Marks, Pattern};
 use super::solids::diffusing;
 use crate::check::{Context, MAX_LENGTH_MM, whole_division};
 use crate::error::ConfigError;
-use crate::resolved::Design;
+use crate::resolved::Packages;
 use crate::resolved::prints::CheckedPrint;
 use crate::resolved::solids::{BOX_FACES, CheckedSolid};
-use crate::schema::Extent;
 use crate::schema::prints::{Dots, Print};
+use crate::schema::{self, Extent};
 use metrics::digits::shortest;
 use runtime::serde_arrays::List;
 
 /// Most dots of a surface.
 const MAX_DOTS: f64 = 4e6;
 
-/// The prints of a design whose films are checked.
+/// The prints of `raw`, on these films and on the mirror below its packages.
 pub(crate) fn resolve(
-    raw: &[Print],
-    design: &Design,
+    raw: &schema::Design,
+    packages: &Packages,
+    films: &[CheckedSolid],
     folder: &Path,
     at: &Context,
 ) -> Result<Vec<CheckedPrint>, ConfigError> {
     let mut prints: Vec<CheckedPrint> = Vec::new();
-    for (number, print) in raw.iter().enumerate() {
+    for (number, print) in raw.prints.iter().enumerate() {
         let table = format!("prints[{}]", number + 1);
         let shares = [print.reflected, print.transmitted];
         diffusing(&table, shares, [DiffuseLaw::Lambertian; 2], at)?;
         let prefix = format!("{table}.");
         let at = Context { prefix: &prefix, ..*at };
-        let size_mm = printed_mm(print, design, &at)?;
+        let extent = raw.mirror.shared.extent;
+        let size_mm = printed_mm(print, packages, (films, extent), &at)?;
         if prints.iter().any(|other| other.stated.on == print.on) {
             return Err(at.value("on", format!("{:?}", print.on), "no surface twice"));
         }
         let pattern = match (&print.dots, &print.picture_file) {
-            (Some(stated), None) => dots(stated, size_mm, design, &at)?,
+            (Some(stated), None) => dots(stated, size_mm, packages, &at)?,
             (None, Some(name)) => picture(&folder.join(name), size_mm, &at)?,
             _ => {
                 let expected = "one of `dots` and `picture_file`";
@@ -55,26 +57,30 @@ pub(crate) fn resolve(
     Ok(prints)
 }
 
-/// Lengths of the printed surface along x and y, mm.
-fn printed_mm(print: &Print, design: &Design, at: &Context) -> Result<[f64; 2], ConfigError> {
+/// Lengths of the printed surface along x and y, mm: a face of a film, or the mirror of this extent.
+fn printed_mm(
+    print: &Print,
+    packages: &Packages,
+    (films, extent): (&[CheckedSolid], Extent),
+    at: &Context,
+) -> Result<[f64; 2], ConfigError> {
     if print.on == Print::MIRROR {
         if print.transmitted != 0.0 {
             let expected = "0 on the mirror, which light does not pass";
             return Err(at.value("transmitted", print.transmitted, expected));
         }
-        if design.mirror.extent != Extent::Array {
+        if extent != Extent::Array {
             let expected = "a face of a film, or mirror.extent = \"array\"";
             return Err(at.value("on", "\"mirror\"", expected));
         }
-        let walls = design.housing_half_mm().unwrap_or([f64::INFINITY; 2]);
-        let cells = design.cells_mm();
+        let walls = packages.housing_half_mm().unwrap_or([f64::INFINITY; 2]);
+        let cells = packages.cells_mm();
         return Ok([0, 1].map(|k| cells[k].min(2.0 * walls[k])));
     }
-    let films: Vec<&CheckedSolid> = design.solids.iter().filter(|solid| solid.is_film()).collect();
     let faces = films.iter().enumerate().flat_map(|(number, film)| {
         let above = films.get(number + 1);
         let below = number.checked_sub(1).map(|below| &films[below]);
-        let in_air = move |next: Option<&&CheckedSolid>| next.is_none_or(|next| !next.joins(film));
+        let in_air = move |next: Option<&CheckedSolid>| next.is_none_or(|next| !next.joins(film));
         let faces = BOX_FACES.into_iter().zip([above, below]);
         let faces = faces.filter(move |(_, next)| in_air(*next));
         faces.map(move |((face, _), _)| (format!("{}.{face}", film.name()), film))
@@ -94,7 +100,7 @@ fn printed_mm(print: &Print, design: &Design, at: &Context) -> Result<[f64; 2], 
 fn dots(
     stated: &Dots,
     size_mm: [f64; 2],
-    design: &Design,
+    packages: &Packages,
     at: &Context,
 ) -> Result<Pattern, ConfigError> {
     let pitch_mm = at.within("dots.pitch_mm", stated.pitch_mm, 1e-3, MAX_LENGTH_MM)?;
@@ -109,7 +115,7 @@ fn dots(
         );
         return Err(at.value("dots.pitch_mm", pitch_mm, &expected));
     }
-    if let (true, Some(half_mm)) = (design.is_periodic(), design.housing_half_mm()) {
+    if let (true, Some(half_mm)) = (packages.is_periodic(), packages.housing_half_mm()) {
         for half in half_mm {
             let key = "dots.pitch_mm";
             whole_division(at, key, 2.0 * half, pitch_mm)?;
@@ -132,16 +138,16 @@ fn dots(
     }
     let counts = counts.map(|count| count as usize);
     let far_mm = rows[rows.len() - 1][0];
-    let distances = distances_mm(counts, pitch_mm, (&axes_mm(design), far_mm));
+    let distances = distances_mm(counts, pitch_mm, (&axes_mm(packages), far_mm));
     let radii = distances.iter().map(|distance| linear(&rows, *distance) as f32).collect();
     let pattern = Pattern::new([pitch_mm; 2], counts[0], Marks::Dots(radii));
     pattern.map_err(|error| at.of_files(&error.into()))
 }
 
 /// Axes of the packages, in a cell that repeats with those of the cells around it, mm.
-fn axes_mm(design: &Design) -> Vec<[f64; 2]> {
-    let own = design.array.places_mm();
-    let Some(half_mm) = design.housing_half_mm().filter(|_| design.is_periodic()) else {
+fn axes_mm(packages: &Packages) -> Vec<[f64; 2]> {
+    let own = packages.array.places_mm();
+    let Some(half_mm) = packages.housing_half_mm().filter(|_| packages.is_periodic()) else {
         return own;
     };
     let cells = (-1..=1).flat_map(|i| (-1..=1).map(move |j| [f64::from(i), f64::from(j)]));
@@ -187,6 +193,7 @@ fn picture(path: &Path, size_mm: [f64; 2], at: &Context) -> Result<Pattern, Conf
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::resolved::Design;
 
     /// Two packages, 4 mm apart, under two films in optical contact.
     const LIT: &str = r#"
@@ -222,7 +229,7 @@ medium = { index = 1.6 }
         let design = parsed(dots).expect("valid");
         let rows = [[1.0, 0.5], [2.0, 0.1]];
         // 8 by 4 cells about packages at x = -2 and 2: in the lowest row from the left.
-        let distances = distances_mm([8, 4], 1.0, (&axes_mm(&design), 2.0));
+        let distances = distances_mm([8, 4], 1.0, (&axes_mm(&design.packages()), 2.0));
         let exact = [2.0, 1.5_f64.hypot(0.5), 1.5_f64.hypot(0.5), 2.0];
         for (distance, exact) in distances[..4].iter().zip(exact) {
             assert!((distance - exact).abs() < 1e-12, "{distances:?}");
@@ -246,7 +253,7 @@ medium = { index = 1.6 }
                     [housing]\nkind = \"periodic\"\ninner_size_mm = [12.0, 4.0]\nheight_mm = 9.0\n";
         let design = parsed(cell).expect("valid");
         // 2 mm from the next axis at x = -2; the cell's left border is 4 mm away from it.
-        let distances = distances_mm([12, 4], 1.0, (&axes_mm(&design), 9.0));
+        let distances = distances_mm([12, 4], 1.0, (&axes_mm(&design.packages()), 9.0));
         let by_cell = |x: f64| {
             let axes = [-14.0, -10.0, -2.0, 2.0, 10.0, 14.0];
             axes.into_iter().map(|axis| (x - axis).hypot(0.5)).fold(f64::INFINITY, f64::min)

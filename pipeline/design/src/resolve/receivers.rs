@@ -8,11 +8,12 @@ use tracer::{Detector, Filter, Measurement};
 use super::MAX_SPOT_BINS;
 use crate::check::{Context, MIN_LENGTH_MM, whole_division};
 use crate::error::ConfigError;
-use crate::resolved::Design;
 use crate::resolved::files::SourceFile;
 use crate::resolved::receivers::CheckedReceiver;
-use crate::resolved::sources;
-use crate::schema::receivers::{AngularReceiver, Only, Receiver, ReceiverForm, StatedRectangle};
+use crate::resolved::sources::{self, CheckedSource};
+use crate::schema;
+use crate::schema::receivers::{AngularReceiver, Only, ReceiverForm, StatedRectangle};
+use geometry::profile::Elements;
 use metrics::kinds::Carrying;
 use runtime::serde_arrays::List;
 
@@ -28,18 +29,26 @@ const MIN_BIN_DEG: f64 = 1e-6;
 /// Most bins of a rectangle along u or v.
 const MAX_ALONG_AXIS: usize = 20_000;
 
-/// The receivers of a design whose other parts are checked and whose `[files.source]` is `file`.
+/// What the filters of receivers choose from.
+#[derive(Clone, Copy)]
+pub(crate) struct Light<'a> {
+    pub elements: &'a Elements,
+    pub sources: &'a [CheckedSource],
+    /// Number of packages.
+    pub packages: usize,
+    /// `[files.source]`.
+    pub file: Option<&'a SourceFile>,
+}
+
+/// The receivers of `raw`.
 pub(crate) fn resolve(
-    raw: &[Receiver],
-    design: &Design,
-    file: Option<&SourceFile>,
+    raw: &schema::Design,
+    light: Light,
     at: &Context,
 ) -> Result<Vec<CheckedReceiver>, ConfigError> {
-    let emitters =
-        file.map_or_else(|| sources::per_package(&design.sources), |file| file.parts.len());
     let mut checked: Vec<CheckedReceiver> = Vec::new();
     let mut bins = 0.0;
-    for (number, receiver) in raw.iter().enumerate() {
+    for (number, receiver) in raw.receivers.iter().enumerate() {
         let table = format!("receivers[{}].", number + 1);
         let at = &Context { file: at.file, prefix: &table };
         let stated = &receiver.shared.name;
@@ -50,10 +59,10 @@ pub(crate) fn resolve(
             return Err(at.value("name", format!("{stated:?}"), expected));
         }
         let measurement = measurement(&receiver.kind, at)?;
-        let filter = filter(receiver.shared.only.as_ref(), design, emitters, at)?;
+        let filter = filter(receiver.shared.only.as_ref(), light, at)?;
         let mut detector = Detector::new(stated, measurement).filtered(filter);
         if receiver.kind.stokes() {
-            if design.polarization != Carrying::Carried {
+            if raw.light.polarization != Carrying::Carried {
                 let expected = "no such key without light.polarization = \"carried\"";
                 return Err(at.value("stokes", true, expected));
             }
@@ -150,12 +159,7 @@ fn angles(
     })
 }
 
-fn filter(
-    raw: Option<&Only>,
-    design: &Design,
-    emitters: usize,
-    at: &Context,
-) -> Result<Filter, ConfigError> {
+fn filter(raw: Option<&Only>, light: Light, at: &Context) -> Result<Filter, ConfigError> {
     let Some(raw) = raw else {
         return Ok(Filter::default());
     };
@@ -164,7 +168,7 @@ fn filter(
     let last_radii_mm = raw
         .last_elements
         .map(|List([first, last])| {
-            let count = design.elements.shapes.len();
+            let count = light.elements.shapes.len();
             if !(1 <= first && first <= last && last <= count) {
                 let expected = format!("first and last of {count} elements");
                 let got = format!("[{first}, {last}]");
@@ -172,7 +176,7 @@ fn filter(
             }
             // The riser at the outer end of an element stands exactly on its border, rounding
             // aside.
-            let width_mm = design.elements.width_mm;
+            let width_mm = light.elements.width_mm;
             let slack = 1e-6 * width_mm;
             let end = |elements: usize| elements as f64 * width_mm + slack;
             Ok([if first == 1 { -1.0 } else { end(first - 1) }, end(last)])
@@ -187,15 +191,14 @@ fn filter(
         last_surface: raw.last_surface.clone(),
         last_radii_mm,
         bounces,
-        sources: light_of(raw, design, emitters, at)?,
+        sources: light_of(raw, light, at)?,
     })
 }
 
 /// Numbers of the sources whose light is read, package by package; none for all.
 fn light_of(
     raw: &Only,
-    design: &Design,
-    emitters: usize,
+    Light { sources: all, packages, file, .. }: Light,
     at: &Context,
 ) -> Result<Option<Vec<usize>>, ConfigError> {
     if raw.packages.is_none() && raw.sources.is_none() {
@@ -209,14 +212,14 @@ fn light_of(
         let expected = "the name of one source at least, or no such key for all";
         return Err(at.value("sources", "[]", expected));
     }
-    let packages = design.array.count();
+    let emitters = file.map_or_else(|| sources::per_package(all), |file| file.parts.len());
     for package in raw.packages.iter().flatten() {
         at.count("packages", *package, 1, packages)?;
     }
     let mut chosen: Vec<usize> = Vec::new();
     for name in raw.sources.iter().flatten() {
-        let found = sources::numbers(&design.sources, name).ok_or_else(|| {
-            let known = design.sources.iter().map(|s| format!("{:?}", s.name()));
+        let found = sources::numbers(all, name).ok_or_else(|| {
+            let known = all.iter().map(|s| format!("{:?}", s.name()));
             let known = known.collect::<Vec<_>>().join(", ");
             let expected = if known.is_empty() {
                 "no such key without [[sources]], of which there are none".to_owned()

@@ -187,6 +187,17 @@ pub struct Housing {
     pub floor: Option<Reflector>,
 }
 
+/// True if no element has relief.
+pub(crate) fn is_smooth(elements: &Elements) -> bool {
+    elements.shapes.iter().all(|s| *s == Shape::Smooth)
+}
+
+/// These elements in steps of `hybrid.element_width_um`; as they are where it does not divide theirs,
+/// which checks refuse.
+pub(crate) fn rings(elements: &Elements, hybrid: &schema::Hybrid) -> Elements {
+    elements.refined(hybrid.element_width_um * 1e-3).unwrap_or_else(|| elements.clone())
+}
+
 impl Design {
     /// True if thin layers lie on the dome.
     pub fn is_coated(&self) -> bool {
@@ -200,7 +211,7 @@ impl Design {
 
     /// True if the dome carries relief, so that a hybrid makes sense.
     pub fn has_relief(&self) -> bool {
-        self.elements.shapes.iter().any(|s| *s != Shape::Smooth)
+        !is_smooth(&self.elements)
     }
 
     /// The generating curve of the dome's surface; without pieces for a mesh and a bare package.
@@ -226,10 +237,7 @@ impl Design {
 
     /// The rings of the hybrid: the relief in steps of `hybrid.element_width_um`.
     pub fn hybrid_rings(&self) -> Elements {
-        // Checked when the design was made: the ring's width divides the element's.
-        self.elements
-            .refined(self.hybrid.element_width_um * 1e-3)
-            .unwrap_or_else(|| self.elements.clone())
+        rings(&self.elements, &self.hybrid)
     }
 
     /// Every place of a box in its package with the turn of the package once, and the number of that
@@ -256,6 +264,56 @@ impl Design {
         [cos * x - sin * y, sin * x + cos * y]
     }
 
+    /// Packages and walls.
+    pub(crate) fn packages(&self) -> Packages<'_> {
+        Packages {
+            dome: self.dome.as_ref(),
+            led: &self.led,
+            array: &self.array,
+            housing: self.housing.as_ref(),
+            solids: &self.solids,
+        }
+    }
+
+    /// Largest |x| and |y| of the places of packages, mm.
+    pub fn half_extent_mm(&self) -> [f64; 2] {
+        self.packages().half_extent_mm()
+    }
+
+    /// Lengths along x and y of the cells of the array together, mm.
+    pub fn cells_mm(&self) -> [f64; 2] {
+        self.packages().cells_mm()
+    }
+
+    /// True if its housing is a cell that repeats without end.
+    pub fn is_periodic(&self) -> bool {
+        self.packages().is_periodic()
+    }
+
+    /// Half the inner lengths of the housing, mm.
+    pub fn housing_half_mm(&self) -> Option<[f64; 2]> {
+        self.packages().housing_half_mm()
+    }
+
+    /// Farthest reach of a package from its axis along x (`axis` 0) or y, mm, and the body that
+    /// reaches so far.
+    pub fn outermost(&self, axis: usize) -> (f64, &str) {
+        self.packages().outermost(axis)
+    }
+}
+
+/// The packages of a design and the walls about them, by which what lies over them is placed.
+#[derive(Clone, Copy)]
+pub(crate) struct Packages<'a> {
+    pub dome: Option<&'a Dome>,
+    pub led: &'a Led,
+    pub array: &'a Array,
+    pub housing: Option<&'a Housing>,
+    /// Solids of packages, and others.
+    pub solids: &'a [CheckedSolid],
+}
+
+impl<'a> Packages<'a> {
     /// Largest |x| and |y| of the places of packages, mm.
     pub fn half_extent_mm(&self) -> [f64; 2] {
         let axes = self.array.places_mm();
@@ -270,12 +328,12 @@ impl Design {
 
     /// True if its housing is a cell that repeats without end.
     pub fn is_periodic(&self) -> bool {
-        self.housing.as_ref().is_some_and(|housing| housing.reflector == Reflector::Periodic)
+        self.housing.is_some_and(|housing| housing.reflector == Reflector::Periodic)
     }
 
     /// Half the inner lengths of the housing, mm.
     pub fn housing_half_mm(&self) -> Option<[f64; 2]> {
-        let housing = self.housing.as_ref()?;
+        let housing = self.housing?;
         if let Some(size) = housing.inner_size_mm {
             return Some(size.map(|length| 0.5 * length));
         }
@@ -286,7 +344,7 @@ impl Design {
     /// Farthest reach of a package from its axis along x (`axis` 0) or y, mm, and the body that
     /// reaches so far, in the turns that the file of the packages states. A box off the axis counts
     /// as one on it, so that walls stand still where boxes and packages are placed with deviations.
-    pub fn outermost(&self, axis: usize) -> (f64, &str) {
+    pub fn outermost(&self, axis: usize) -> (f64, &'a str) {
         let mut turns = self.array.stated_turns_deg().to_vec();
         turns.sort_by(f64::total_cmp);
         turns.dedup();
@@ -296,7 +354,7 @@ impl Design {
         let of_turn = |degrees: f64| {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let [along, across] = [self.led.size_mm[axis], self.led.size_mm[1 - axis]];
-            let own = match &self.dome {
+            let own = match self.dome {
                 Some(dome) => (dome.reach_mm(axis, degrees), "the dome"),
                 None => (0.5 * (cos.abs() * along + sin.abs() * across), "the LED"),
             };
@@ -310,7 +368,9 @@ impl Design {
         let all = turns.into_iter().flat_map(of_turn);
         all.fold((0.0, ""), |far, other| if other.0 > far.0 { other } else { far })
     }
+}
 
+impl Design {
     /// Radiant flux that all sources of all packages emit together, W.
     pub fn emitted_w(&self) -> f64 {
         let stated = self.emitted.map(|flux| flux.radiant_w);

@@ -333,7 +333,6 @@ fn downward(table: &Distribution) -> f64 {
 }
 
 /// The text of a file.
-#[must_use]
 pub fn write(ldt: &Ldt) -> String {
     let mut text = String::new();
     let one_line = |t: &str| t.replace(['\r', '\n'], " ");

@@ -359,7 +359,6 @@ fn unfolded(horizontal: &[f64], rows: &[&[f64]]) -> Result<(Vec<f64>, Vec<Vec<f6
 }
 
 /// The text of a file.
-#[must_use]
 pub fn write(ies: &Ies) -> String {
     let mut text = String::new();
     if !ies.version.is_empty() {

@@ -35,7 +35,6 @@ pub struct SpeosHeader {
 
 /// True if a file of `length` bytes that begins with `start` is one: it holds whole rays, and one of
 /// the first is a ray of light.
-#[must_use]
 pub fn begins_like_one(start: &[u8], length: u64) -> bool {
     let body = length.checked_sub(HEADER as u64);
     let whole = body.is_some_and(|body| body > 0 && body.is_multiple_of(STRIDE as u64));

@@ -69,13 +69,11 @@ pub struct ZemaxBsdf {
 
 impl ZemaxBsdf {
     /// The channel that stands for power: the only one, or Y.
-    #[must_use]
     pub fn power_channel(&self) -> &Channel {
         &self.channels[self.channels.len() / 2]
     }
 
     /// Number of values in one channel.
-    #[must_use]
     pub fn values_per_channel(&self) -> usize {
         let lists = [&self.rotations, &self.incidences, &self.azimuths, &self.radials];
         lists.iter().fold(1, |n, l| n.saturating_mul(l.len()))

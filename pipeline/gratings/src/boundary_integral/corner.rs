@@ -12,7 +12,8 @@
 use super::nodes::{Node, Nodes};
 use std::f64::consts::TAU;
 
-/// For every node, exact less computed.
+/// For every node, the double layer of the two sides next to its own: the angle under which it sees them
+/// in turns, less what the quadrature computes.
 pub(super) fn missed(nodes: &Nodes) -> Vec<f64> {
     let sides = nodes.origins.len();
     let step = TAU / nodes.list.len() as f64;

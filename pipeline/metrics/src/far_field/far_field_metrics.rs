@@ -208,6 +208,23 @@ pub struct FarFieldFigures {
     pub parabola_edges_deg: Option<[f64; 2]>,
 }
 
+/// Figures of one far field without errors, as [`FarFieldFigures`] has them with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlainFarField {
+    /// Polar angle of the peak, degrees.
+    pub peak_angle_deg: f64,
+    /// The same by a parabola; NaN where `peak_angle_deg` is no middle of a bin.
+    pub peak_angle_parabola_deg: f64,
+    /// Mean below the centre angle over the peak.
+    pub centre_to_peak: f64,
+    /// Beam and field angle, degrees; NaN where the intensity does not fall so far.
+    pub widths_deg: [f64; 2],
+    /// Intensity at the peak, W/sr.
+    pub peak_w_per_sr: f64,
+    /// Mean intensity below the centre angle, W/sr.
+    pub centre_w_per_sr: f64,
+}
+
 /// Parts of the peak at which the beam and the field angle end.
 const WIDTHS: [f64; 2] = [0.5, 0.1];
 
@@ -540,15 +557,19 @@ impl FarFieldReading {
         [bins.first(), bins.last()].map(|bin| bin.copied().unwrap_or(best) - 1)
     }
 
-    /// One far field without groups: peak angle, centre/peak, the parabola's angle where the peak is
-    /// the middle of a bin (else NaN), beam and field angle, intensities of centre and peak.
-    pub fn plain(&self, powers: &[f64]) -> [f64; 7] {
+    /// Figures of one far field without groups.
+    pub fn plain(&self, powers: &[f64]) -> PlainFarField {
         let seen = self.seen(powers);
         let Peak { angle_deg, height, .. } = self.peak(&seen);
         let between = self.between().map(|judge| judge.peak(&judge.seen(powers)).angle_deg);
-        let [beam, field] = WIDTHS.map(|part| width(&seen[1..], &self.sphere(), part * height));
-        let between = between.unwrap_or(f64::NAN);
-        [angle_deg, over(seen[0], height), between, beam, field, seen[0], height]
+        PlainFarField {
+            peak_angle_deg: angle_deg,
+            peak_angle_parabola_deg: between.unwrap_or(f64::NAN),
+            centre_to_peak: over(seen[0], height),
+            widths_deg: WIDTHS.map(|part| width(&seen[1..], &self.sphere(), part * height)),
+            peak_w_per_sr: height,
+            centre_w_per_sr: seen[0],
+        }
     }
 }
 

@@ -11,7 +11,7 @@ mod peak_place;
 
 use std::f64::consts::PI;
 
-pub use far_field_metrics::{FarFieldFigures, FarFieldReading, PeakMethod};
+pub use far_field_metrics::{FarFieldFigures, FarFieldReading, PeakMethod, PlainFarField};
 pub use peak_place::{PeakPlace, VISIBLE};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,7 @@
 //! orders, provenance. They go into the page's template as JSON.
 
 use metrics::figures::{
-    self as definitions, BEAM_ANGLE, COLOURS, Definition, FIELD_ANGLE, PARABOLA, PEAK_ANGLE,
+    self as definitions, BEAM_ANGLE, Definition, FIELD_ANGLE, PARABOLA, PEAK_ANGLE,
 };
 use serde_json::{Value, json};
 
@@ -253,7 +253,7 @@ enum Row {
 /// Colours of map and far field, a table for each design that has any.
 pub fn colours(models: &[Model]) -> Vec<Value> {
     let of_design = |design: &[Model]| {
-        let rows: Vec<_> = COLOURS.iter().map(|f| (f.label.to_owned(), *f)).collect();
+        let rows: Vec<_> = definitions::colours().map(|f| (f.label.to_owned(), f)).collect();
         by_model(design, &rows, |model, figure| {
             Some(shown::text(model.entry.figures.get(figure.key)?, figure.unit))
         })

@@ -6,8 +6,11 @@ use std::borrow::Cow;
 
 use anyhow::Result;
 use design::resolved::receivers::CheckedReceiver;
-use metrics::far_field::{AngularBins, BinPlacement, FarFieldReading, PeakMethod};
-use metrics::figures::{BY_ANGLE, Definition};
+use metrics::far_field::{
+    AngularBins, BinPlacement, FarFieldFigures, FarFieldReading, PeakMethod, PlainFarField,
+};
+use metrics::figures::Definition;
+use metrics::figures::receiver::{AXIAL, WIDTH_U, WIDTH_V};
 use metrics::hits::with_one_path;
 use metrics::illuminance::Symmetry;
 use metrics::kinds::ReceiverKind;
@@ -83,14 +86,20 @@ fn angles_of_profile(receiver: &CheckedReceiver) -> Option<Angles> {
     (is_fine && receiver.stated.kind.is_by_angle()).then_some(*angles)
 }
 
+/// A figure with its value and its entry in the far fields of the planes of u and v.
+type Read = (Definition, fn([PlainFarField; 2]) -> f64, fn([FarFieldFigures; 2]) -> FigureEntry);
+const FIGURES: [Read; 3] = [
+    (AXIAL, |[u, _]| u.centre_w_per_sr, |[u, _]| FigureEntry::new(u.centre_w_per_sr)),
+    (WIDTH_U, |[u, _]| u.widths_deg[0], |[u, _]| of_width(u.widths_deg[0])),
+    (WIDTH_V, |[_, v]| v.widths_deg[0], |[_, v]| of_width(v.widths_deg[0])),
+];
+
 /// Figures by angle of a receiver: none of planes where its azimuths have none.
-pub(super) fn figures_by_angle(receiver: &CheckedReceiver) -> &'static [Definition] {
-    let count = match angles_of_profile(receiver) {
-        Some(angles) if angles.phis() >= MIN_AZIMUTHS => BY_ANGLE.len(),
-        Some(_) => 1,
-        None => 0,
-    };
-    &BY_ANGLE[..count]
+pub(super) fn figures_by_angle(receiver: &CheckedReceiver) -> impl Iterator<Item = Definition> {
+    let angles = angles_of_profile(receiver);
+    let has_planes = angles.is_some_and(|angles| angles.phis() >= MIN_AZIMUTHS);
+    let of_planes = has_planes.then_some([WIDTH_U, WIDTH_V]).into_iter().flatten();
+    angles.map(|_| AXIAL).into_iter().chain(of_planes)
 }
 
 /// Luminance by the angle to the normal, over the whole rectangle.
@@ -150,22 +159,26 @@ pub(super) struct AngleReader<'a> {
     number: usize,
     units: Units,
     profile: AngleProfile<'a>,
+    read: Vec<Read>,
 }
 
 impl<'a> AngleReader<'a> {
     pub fn new(number: usize, receiver: &'a CheckedReceiver, units: Units) -> Option<Self> {
-        AngleProfile::new(receiver).map(|profile| Self { number, units, profile })
+        let profile = AngleProfile::new(receiver)?;
+        let has = |read: &Read| figures_by_angle(receiver).any(|figure| figure.key == read.0.key);
+        let read = FIGURES.into_iter().filter(has).collect();
+        Some(Self { number, units, profile, read })
     }
 }
 
 impl Reader for AngleReader<'_> {
     fn columns(&self) -> Vec<Column> {
         let receiver = self.profile.receiver;
-        let of = |figure: &Definition| {
+        let of = |(figure, ..): &Read| {
             let unit = unit_of_receiver(*figure, ReceiverKind::Luminance);
             Column::new(figure.of_receiver(receiver.name()), unit, &self.units)
         };
-        figures_by_angle(receiver).iter().map(of).collect()
+        self.read.iter().map(of).collect()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
@@ -173,20 +186,17 @@ impl Reader for AngleReader<'_> {
     }
 
     fn values(&self, powers: &[f64]) -> Vec<f64> {
-        let [u, v] = self.profile.readings.map(|reading| reading.plain(powers));
-        let mut all = vec![u[5], u[3], v[3]];
-        all.truncate(figures_by_angle(self.profile.receiver).len());
-        all
+        let planes = self.profile.readings.map(|reading| reading.plain(powers));
+        self.read.iter().map(|(_, value, _)| value(planes)).collect()
     }
 
     fn entries(&self, powers: &Grouped) -> Vec<FigureEntry> {
-        let [u, v] = self.profile.readings.map(|reading| reading.figures(powers));
+        let planes = self.profile.readings.map(|reading| reading.figures(powers));
         // Nothing is read without light.
-        if u.peak_w_per_sr.value <= 0.0 {
+        if planes[0].peak_w_per_sr.value <= 0.0 {
             return Vec::new();
         }
-        let widths = [u, v].map(|read| of_width(read.widths_deg[0]));
-        [FigureEntry::new(u.centre_w_per_sr)].into_iter().chain(widths).collect()
+        self.read.iter().map(|(.., entry)| entry(planes)).collect()
     }
 
     fn one_path(&self, power: f64) -> Vec<f64> {

@@ -6,8 +6,11 @@ use std::borrow::Cow;
 use design::resolved::receivers::CheckedReceiver;
 use metrics::chromaticity::{self, MAX_RELATIVE_ERROR};
 use metrics::colour_regions::Directions;
-use metrics::figures::{COLOURS, COLOURS_OF_RECEIVER};
-use metrics::{Grouped, JackknifedFigure, colour_difference, jackknife};
+use metrics::figures::{
+    ANGLE_DIFFERENCE, COLOUR_DIFFERENCE, ColourFigures, Definition, FAR_FIELD_COLOUR,
+    PARTS_DIFFERENCE, PLANE_COLOUR, RECEIVER_COLOUR,
+};
+use metrics::{Estimate, Grouped, JackknifedFigure, colour_difference, jackknife};
 use results::figure_entry::FigureEntry;
 use tracer::Measurement;
 
@@ -20,12 +23,18 @@ pub(super) struct ColourReader {
     regions: Regions,
     /// Directions whose colours are compared.
     bright: Vec<bool>,
-    /// True of the regions with light enough to state their colours.
-    known: [bool; 2],
+    /// Figures of map and far field, each with its region, and true of one with light enough to state
+    /// its colour.
+    wholes: [(ColourFigures, usize, bool); 2],
 }
 
-/// Differences before the other figures.
-const DIFFERENCES: usize = 3;
+/// Differences, each with X, Y and Z of what is compared.
+type Compared = fn(&ColourReader, &[f64]) -> Vec<f64>;
+const DIFFERENCES: [(Definition, Compared); 3] = [
+    (COLOUR_DIFFERENCE, |reader, sums| slice(sums, &reader.regions.points).to_vec()),
+    (PARTS_DIFFERENCE, |reader, sums| slice(sums, &reader.regions.parts).to_vec()),
+    (ANGLE_DIFFERENCE, ColourReader::bright_directions),
+];
 
 impl ColourReader {
     /// `None` of what has no colours.
@@ -36,17 +45,15 @@ impl ColourReader {
         let (fluxes, _) = fluxes.as_chunks::<3>();
         let fluxes: Vec<f64> = fluxes.iter().map(|[_, y, _]| *y).collect();
         let bright = Directions::new(seen.sphere).are_bright(&fluxes);
-        let known = [regions.plane, regions.upwards].map(|at| is_known(&colours.sums, at));
-        Some(Self { regions, bright, known })
+        let wholes = [(PLANE_COLOUR, regions.plane), (FAR_FIELD_COLOUR, regions.upwards)]
+            .map(|(figures, at)| (figures, at, is_known(&colours.sums, at)));
+        Some(Self { regions, bright, wholes })
     }
 
-    /// X, Y and Z of the points, parts and directions that are compared.
-    fn compared(&self, sums: &[f64]) -> [Vec<f64>; DIFFERENCES] {
-        let [points, parts] =
-            [&self.regions.points, &self.regions.parts].map(|at| slice(sums, at).to_vec());
+    fn bright_directions(&self, sums: &[f64]) -> Vec<f64> {
         let (all, _) = slice(sums, &self.regions.directions).as_chunks::<3>();
         let bright = all.iter().zip(&self.bright).filter(|(_, bright)| **bright);
-        [points, parts, bright.flat_map(|(xyz, _)| *xyz).collect()]
+        bright.flat_map(|(xyz, _)| *xyz).collect()
     }
 }
 
@@ -61,13 +68,17 @@ fn is_known(sums: &Grouped, at: usize) -> bool {
 }
 
 /// Colours of a region that is known.
-fn colours(sums: &[f64], at: usize, is_known: bool) -> [f64; 4] {
-    if is_known { chromaticity::figures(region(sums, at)) } else { [f64::NAN; 4] }
+fn colours(sums: &[f64], at: usize, is_known: bool) -> ColourFigures<f64> {
+    let figures = || chromaticity::figures(region(sums, at));
+    let [u_prime, v_prime, cct_k, duv] = if is_known { figures() } else { [f64::NAN; 4] };
+    ColourFigures { u_prime, v_prime, cct_k, duv }
 }
 
 impl Reader for ColourReader {
     fn columns(&self) -> Vec<Column> {
-        COLOURS.map(Column::plain).into()
+        let differences = DIFFERENCES.into_iter().map(|(figure, _)| figure);
+        let wholes = self.wholes.iter().flat_map(|(figures, ..)| figures.all());
+        differences.chain(wholes).map(Column::plain).collect()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
@@ -80,26 +91,25 @@ impl Reader for ColourReader {
             let found = colour_difference::plain(&xyz).filter(|_| xyz.len() > 3);
             found.unwrap_or(f64::NAN)
         };
-        let mut all: Vec<f64> = self.compared(sums).map(difference).into();
-        all.extend(colours(sums, self.regions.plane, self.known[0]));
-        all.extend(colours(sums, self.regions.upwards, self.known[1]));
-        all
+        let differences = DIFFERENCES.into_iter().map(|(_, of)| difference(of(self, sums)));
+        let wholes = self.wholes.iter();
+        let wholes = wholes.flat_map(|(_, at, is_known)| colours(sums, *at, *is_known).all());
+        differences.chain(wholes).collect()
     }
 
     fn entries(&self, sums: &Grouped) -> Vec<FigureEntry> {
-        let differences = (0..DIFFERENCES).map(|k| {
-            let compared = sums.map(|sums| self.compared(sums)[k].clone());
+        let differences = DIFFERENCES.into_iter().map(|(_, of)| {
+            let compared = sums.map(|sums| of(self, sums));
             let is_compared = compared.total().len() > 3;
             let found = is_compared.then(|| colour_difference::estimate(&compared)).flatten();
             found.map(FigureEntry::new)
         });
         let all = self.replicates(sums);
         let means = all.iter().map(JackknifedFigure::estimate).map(FigureEntry::new);
-        let means: Vec<FigureEntry> = means.collect();
         // A figure that there is not has no number.
-        let none = FigureEntry { value: f64::NAN, ..means[DIFFERENCES] };
+        let none = FigureEntry::new(Estimate::new(f64::NAN, 0.0));
         let differences = differences.map(|entry| entry.unwrap_or(none));
-        differences.chain(means[DIFFERENCES..].iter().copied()).collect()
+        differences.chain(means.skip(DIFFERENCES.len())).collect()
     }
 }
 
@@ -128,7 +138,7 @@ impl<'a> ReceiverColourReader<'a> {
 impl Reader for ReceiverColourReader<'_> {
     fn columns(&self) -> Vec<Column> {
         let name = self.receiver.name();
-        COLOURS_OF_RECEIVER.map(|figure| Column::plain(figure.of_receiver(name))).into()
+        RECEIVER_COLOUR.all().map(|figure| Column::plain(figure.of_receiver(name))).into()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
@@ -136,6 +146,6 @@ impl Reader for ReceiverColourReader<'_> {
     }
 
     fn values(&self, sums: &[f64]) -> Vec<f64> {
-        colours(sums, self.at, self.is_known).into()
+        colours(sums, self.at, self.is_known).all().into()
     }
 }

@@ -8,8 +8,9 @@ use metrics::digits::thousands;
 use metrics::extraction::is_end;
 use metrics::far_field::PeakMethod;
 use metrics::figures::{
-    self, BEAM_ANGLE, BY_ANGLE, CENTRE_TO_PEAK, COLOURS_OF_RECEIVER, Definition, FIELD_ANGLE,
-    INTENSITY_PEAK, INTENSITY_PER_KILOLUMEN, PARABOLA, PEAK_ANGLE, Source,
+    self, BEAM_ANGLE, CENTRE_TO_PEAK, COLOURS_OF_RECEIVER, Definition, FAR_FIELD_COLOUR,
+    FIELD_ANGLE, INTENSITY_PEAK, INTENSITY_PER_KILOLUMEN, PARABOLA, PEAK_ANGLE, PLANE_COLOUR,
+    RECEIVER_COLOUR, Source, receiver,
 };
 use metrics::kinds::ReceiverKind;
 use metrics::layout::Layout;
@@ -65,19 +66,19 @@ pub fn check_figure(design: &Design, key: &str) -> Result<Definition> {
 /// Figures that some light has not, each by the beginning of its key; that of a figure which all such
 /// light has; and why.
 const UNREADABLE: [(&str, &str, &str); 13] = [
-    (BY_ANGLE[1].key, BY_ANGLE[0].key, NO_HALF),
-    (BY_ANGLE[2].key, BY_ANGLE[0].key, NO_HALF),
+    (receiver::WIDTH_U.key, receiver::AXIAL.key, NO_HALF),
+    (receiver::WIDTH_V.key, receiver::AXIAL.key, NO_HALF),
     (BEAM_ANGLE.key, PEAK_ANGLE.key, "the intensity does not fall to half of its peak"),
     (FIELD_ANGLE.key, PEAK_ANGLE.key, "the intensity does not fall to a tenth of its peak"),
     (CENTRE_TO_PEAK.key, PEAK_ANGLE.key, NARROW),
     (INTENSITY_PER_KILOLUMEN.key, PEAK_ANGLE.key, NARROW),
     (INTENSITY_PEAK.key, PEAK_ANGLE.key, NARROW),
-    ("cct_k", "u_prime", NO_RADIATOR),
-    ("duv", "u_prime", NO_RADIATOR),
-    ("plane_cct_k", "plane_u_prime", NO_RADIATOR),
-    ("plane_duv", "plane_u_prime", NO_RADIATOR),
-    ("far_field_cct_k", "far_field_u_prime", NO_RADIATOR),
-    ("far_field_duv", "far_field_u_prime", NO_RADIATOR),
+    (RECEIVER_COLOUR.cct_k.key, RECEIVER_COLOUR.u_prime.key, NO_RADIATOR),
+    (RECEIVER_COLOUR.duv.key, RECEIVER_COLOUR.u_prime.key, NO_RADIATOR),
+    (PLANE_COLOUR.cct_k.key, PLANE_COLOUR.u_prime.key, NO_RADIATOR),
+    (PLANE_COLOUR.duv.key, PLANE_COLOUR.u_prime.key, NO_RADIATOR),
+    (FAR_FIELD_COLOUR.cct_k.key, FAR_FIELD_COLOUR.u_prime.key, NO_RADIATOR),
+    (FAR_FIELD_COLOUR.duv.key, FAR_FIELD_COLOUR.u_prime.key, NO_RADIATOR),
 ];
 const NO_HALF: &str = "the luminance does not fall to half of its peak";
 const NARROW: &str = "the peak is as narrow as a bin of the far field (far_field.bin_deg)";

@@ -8,11 +8,11 @@ use std::borrow::Cow;
 
 use design::Design;
 use design::schema::Zero;
-use metrics::figures::{self, BETWEEN_NEIGHBOURS, UNIFORMITY_DIAGONAL};
+use metrics::figures::{self, Definition, UNIFORMITY, UNIFORMITY_DIAGONAL, VALLEY_TO_PEAK};
 use metrics::illuminance::coarser;
 use metrics::lit::LitBins;
-use metrics::uniformity::{MapReading, above};
-use metrics::uniformity_forms::{Regions, Uniformity};
+use metrics::uniformity::{MapReading, Uniformity, above};
+use metrics::uniformity_forms::Regions;
 use metrics::{Estimate, Grouped, JackknifedFigure};
 use results::figure_entry::FigureEntry;
 
@@ -59,7 +59,7 @@ impl MapReader {
     }
 
     /// Figures of `map` between neighbours, as [`MapReading::plain`].
-    fn between_neighbours(&self, map: &[f64]) -> Option<[f64; 3]> {
+    fn between_neighbours(&self, map: &[f64]) -> Option<Uniformity<f64>> {
         let above = match self.smallest {
             None => Cow::Borrowed(map),
             Some(k) => map.iter().map(|l| l - map[k]).collect(),
@@ -77,10 +77,20 @@ impl MapReader {
     }
 }
 
+/// Figures between neighbours, each with its value.
+fn named<T>(of: Uniformity<T>) -> [(Definition, T); 3] {
+    [
+        (UNIFORMITY, of.straight),
+        (UNIFORMITY_DIAGONAL, of.diagonal),
+        (VALLEY_TO_PEAK, of.valley_to_peak),
+    ]
+}
+
 impl Reader for MapReader {
     fn columns(&self) -> Vec<Column> {
         let forms = self.regions.forms().into_iter().map(figures::of_form);
-        let neighbours = BETWEEN_NEIGHBOURS.into_iter().filter(|_| self.has_valley());
+        let neighbours = self.has_valley().then(|| named(Uniformity::<f64>::default()));
+        let neighbours = neighbours.into_iter().flatten().map(|(figure, _)| figure);
         neighbours.chain(forms).map(Column::plain).collect()
     }
 
@@ -92,8 +102,9 @@ impl Reader for MapReader {
         let forms = self.regions.plain(map).into_iter().map(|(_, value)| value);
         // As many as there are columns: without neighbours there are none.
         let neighbours =
-            self.has_valley().then(|| self.between_neighbours(map).unwrap_or_default());
-        neighbours.into_iter().flatten().chain(forms).collect()
+            self.has_valley().then(|| named(self.between_neighbours(map).unwrap_or_default()));
+        let neighbours = neighbours.into_iter().flatten().map(|(_, value)| value);
+        neighbours.chain(forms).collect()
     }
 
     fn replicates(&self, map: &Grouped) -> Vec<JackknifedFigure> {
@@ -113,14 +124,16 @@ impl Reader for MapReader {
             None => Uniformity::of(&forms),
             Some(_) => self.above_zero(map),
         };
-        let neighbours = neighbours.map_or([Estimate::new(f64::NAN, 0.0); 3], |u| {
-            [u.straight, u.diagonal, u.valley_to_peak]
+        let unread = Estimate::new(f64::NAN, 0.0);
+        let neighbours = neighbours.unwrap_or(Uniformity {
+            straight: unread,
+            diagonal: unread,
+            valley_to_peak: unread,
         });
         // A zero that is not darkness moves neither valley nor peak.
         let places = self.reading.places_mm(map.total());
-        let neighbours =
-            neighbours.into_iter().zip(BETWEEN_NEIGHBOURS).filter(|_| self.has_valley());
-        let neighbours = neighbours.map(|(estimate, figure)| {
+        let neighbours = named(neighbours).into_iter().filter(|_| self.has_valley());
+        let neighbours = neighbours.map(|(figure, estimate)| {
             let valley = usize::from(figure == UNIFORMITY_DIAGONAL);
             FigureEntry {
                 valley_at_mm: places.map(|at| at[valley].map(rounded_mm)),

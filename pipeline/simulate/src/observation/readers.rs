@@ -10,10 +10,11 @@ use design::resolved::receivers::CheckedReceiver;
 use design::schema::receivers::{Normal, StatedRectangle};
 use metrics::bins::{Bins, largest};
 use metrics::extraction::{self, flow};
-use metrics::far_field::{FarFieldReading, PeakPlace};
+use metrics::far_field::{FarFieldFigures, FarFieldReading, PeakPlace, PlainFarField};
 use metrics::figures::{
-    BY_ANGLE, Definition, ESCAPED_DOWN, ESCAPED_UP, EXTRACTION, FAR_FIELD, FLUX_DOWN, FLUX_UP,
-    ILLUMINANCE, OF_RECEIVER, OF_SURFACE, Source,
+    ABOVE_LEDS, BEAM_ANGLE, CELL_MEAN, CENTRE_TO_PEAK, Definition, ESCAPED_DOWN, ESCAPED_UP,
+    EXTRACTION, FIELD_ANGLE, FLUX_DOWN, FLUX_UP, ILLUMINANCE_PEAK, INTENSITY_CENTRE,
+    INTENSITY_PEAK, INTENSITY_PER_KILOLUMEN, OF_SURFACE, PARABOLA, PEAK_ANGLE, Source, receiver,
 };
 use metrics::illuminance::Grid;
 use metrics::kinds::Weighting;
@@ -24,7 +25,7 @@ use metrics::{Estimate, Grouped};
 use results::figure_entry::FigureEntry;
 use results::film_light::PASSED;
 use tracer::Measurement;
-use tracer::receiver::underscored;
+use tracer::receiver::{FLUX_BINS, underscored};
 
 use super::by_angle::{AngleReader, figures_by_angle};
 use super::colour_readers::{ColourReader, ReceiverColourReader};
@@ -47,7 +48,7 @@ pub(super) fn readers<'a>(
     };
     let mut all: Vec<Box<dyn Reader + 'a>> = Vec::new();
     if any(Source::FarField) {
-        all.push(Box::new(FarFieldReader { reading: far_field_reading(design), design, units }));
+        all.push(Box::new(FarFieldReader::new(design, units)));
     }
     if any(Source::Map) && seen.lit() {
         all.push(Box::new(MapReader::new(design, seen)));
@@ -95,20 +96,71 @@ pub(super) fn readers<'a>(
     all
 }
 
-struct FarFieldReader<'a> {
+/// A figure with its value and its entry in a far field.
+type OfFarField = (Definition, fn(&PlainFarField) -> f64, fn(&FarFieldFigures) -> FigureEntry);
+const OF_FAR_FIELD: [OfFarField; 8] = [
+    (
+        PEAK_ANGLE,
+        |far| far.peak_angle_deg,
+        |far| FigureEntry {
+            peak_range_deg: far.peak_range_deg,
+            interval: far.peak_edges_deg,
+            ..angle(far, far.peak_angle_deg)
+        },
+    ),
+    (
+        CENTRE_TO_PEAK,
+        |far| far.centre_to_peak,
+        // A ratio to a peak that is noise is noise as well.
+        |far| FigureEntry {
+            peak_place: match far.peak_place {
+                PeakPlace::NotResolved => PeakPlace::NotResolved,
+                PeakPlace::OffAxis | PeakPlace::OnAxis => PeakPlace::OffAxis,
+            },
+            ..FigureEntry::new(far.centre_to_peak)
+        },
+    ),
+    (
+        PARABOLA,
+        |far| far.peak_angle_parabola_deg,
+        |far| FigureEntry {
+            interval: far.parabola_edges_deg,
+            ..angle(far, far.peak_angle_parabola_deg.unwrap_or(Estimate::new(f64::NAN, 0.0)))
+        },
+    ),
+    (BEAM_ANGLE, |far| far.widths_deg[0], |far| of_width(far.widths_deg[0])),
+    (FIELD_ANGLE, |far| far.widths_deg[1], |far| of_width(far.widths_deg[1])),
+    (INTENSITY_CENTRE, |far| far.centre_w_per_sr, |far| FigureEntry::new(far.centre_w_per_sr)),
+    (INTENSITY_PEAK, |far| far.peak_w_per_sr, |far| FigureEntry::new(far.peak_w_per_sr)),
+    (INTENSITY_PER_KILOLUMEN, |far| far.peak_w_per_sr, |far| FigureEntry::new(far.peak_w_per_sr)),
+];
+
+/// Angle of a peak.
+fn angle(far: &FarFieldFigures, angle: Estimate) -> FigureEntry {
+    FigureEntry { peak_place: far.peak_place, upper_bound: None, ..FigureEntry::new(angle) }
+}
+
+struct FarFieldReader {
     reading: FarFieldReading,
-    design: &'a Design,
+    read: Vec<OfFarField>,
     units: Units,
 }
 
-impl Reader for FarFieldReader<'_> {
-    fn columns(&self) -> Vec<Column> {
-        let has = |figure: &Definition| match figure.unit {
-            Unit::CandelaPerKilolumen => has_lumens(self.design),
-            _ => !figure.is_absolute || self.design.emitted.is_some(),
+impl FarFieldReader {
+    fn new(design: &Design, units: Units) -> Self {
+        let has = |(figure, ..): &OfFarField| match figure.unit {
+            Unit::CandelaPerKilolumen => has_lumens(design),
+            _ => !figure.is_absolute || design.emitted.is_some(),
         };
-        let all = FAR_FIELD.into_iter().filter(has);
-        all.map(|figure| Column::new(figure, figure.unit, &self.units)).collect()
+        let read = OF_FAR_FIELD.into_iter().filter(has).collect();
+        Self { reading: far_field_reading(design), read, units }
+    }
+}
+
+impl Reader for FarFieldReader {
+    fn columns(&self) -> Vec<Column> {
+        let all = self.read.iter();
+        all.map(|(figure, ..)| Column::new(*figure, figure.unit, &self.units)).collect()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
@@ -116,8 +168,8 @@ impl Reader for FarFieldReader<'_> {
     }
 
     fn values(&self, powers: &[f64]) -> Vec<f64> {
-        let all = self.reading.plain(powers);
-        all.into_iter().chain(all.last().copied()).collect()
+        let far = self.reading.plain(powers);
+        self.read.iter().map(|(_, value, _)| value(&far)).collect()
     }
 
     fn entries(&self, powers: &Grouped) -> Vec<FigureEntry> {
@@ -126,33 +178,7 @@ impl Reader for FarFieldReader<'_> {
         if far.peak_w_per_sr.value <= 0.0 {
             return Vec::new();
         }
-        let peak_place = far.peak_place;
-        let angle =
-            |estimate| FigureEntry { peak_place, upper_bound: None, ..FigureEntry::new(estimate) };
-        let [beam, field] = far.widths_deg.map(of_width);
-        // A ratio to a peak that is noise is noise as well.
-        let noise = match peak_place {
-            PeakPlace::NotResolved => peak_place,
-            PeakPlace::OffAxis | PeakPlace::OnAxis => PeakPlace::OffAxis,
-        };
-        let peak = FigureEntry::new(far.peak_w_per_sr);
-        vec![
-            FigureEntry {
-                peak_range_deg: far.peak_range_deg,
-                interval: far.peak_edges_deg,
-                ..angle(far.peak_angle_deg)
-            },
-            FigureEntry { peak_place: noise, ..FigureEntry::new(far.centre_to_peak) },
-            FigureEntry {
-                interval: far.parabola_edges_deg,
-                ..angle(far.peak_angle_parabola_deg.unwrap_or(Estimate::new(f64::NAN, 0.0)))
-            },
-            beam,
-            field,
-            FigureEntry::new(far.centre_w_per_sr),
-            peak,
-            peak,
-        ]
+        self.read.iter().map(|(.., entry)| entry(&far)).collect()
     }
 }
 
@@ -265,6 +291,11 @@ impl IlluminanceReader {
         Self { grid, leds: layout.axes_mm.len(), above, cell, counted, units }
     }
 
+    /// Illuminance of a bin by so much power.
+    fn of_bin(&self, power: f64) -> f64 {
+        power / (self.grid.bin_mm * self.grid.bin_mm)
+    }
+
     /// A map that is dark where figures count nothing.
     fn counted_map<'a>(&self, map: &'a [f64]) -> Cow<'a, [f64]> {
         let Some(counted) = &self.counted else { return Cow::Borrowed(map) };
@@ -275,9 +306,30 @@ impl IlluminanceReader {
     }
 }
 
+/// A figure of a map with its value, and what the power of one path changes it by.
+type OfMap =
+    (Definition, fn(&IlluminanceReader, &[f64]) -> f64, fn(&IlluminanceReader, f64) -> f64);
+const OF_MAP: [OfMap; 3] = [
+    (
+        ABOVE_LEDS,
+        |reader, map| reader.above.of(map),
+        |reader, power| reader.of_bin(power) / reader.leds as f64,
+    ),
+    (
+        ILLUMINANCE_PEAK,
+        |reader, map| reader.counted_map(map).iter().copied().fold(0.0, f64::max),
+        IlluminanceReader::of_bin,
+    ),
+    (
+        CELL_MEAN,
+        |reader, map| reader.cell.as_ref().map_or(f64::NAN, |cell| cell.of(map)),
+        |_, _| 0.0,
+    ),
+];
+
 impl Reader for IlluminanceReader {
     fn columns(&self) -> Vec<Column> {
-        ILLUMINANCE.map(|figure| Column::new(figure, figure.unit, &self.units)).into()
+        OF_MAP.map(|(figure, ..)| Column::new(figure, figure.unit, &self.units)).into()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
@@ -285,24 +337,23 @@ impl Reader for IlluminanceReader {
     }
 
     fn values(&self, map: &[f64]) -> Vec<f64> {
-        let peak = self.counted_map(map).iter().copied().fold(0.0, f64::max);
-        let mean = self.cell.as_ref().map_or(f64::NAN, |cell| cell.of(map));
-        vec![self.above.of(map), peak, mean]
+        OF_MAP.map(|(_, value, _)| value(self, map)).into()
     }
 
     fn entries(&self, map: &Grouped) -> Vec<FigureEntry> {
-        let all = self.replicates(map).into_iter();
-        let mut all: Vec<_> = all.map(|figure| FigureEntry::new(figure.estimate())).collect();
-        all[1] = FigureEntry::new(match &self.counted {
-            Some(_) => largest(&map.map(|group| self.counted_map(group).into_owned())),
-            None => largest(map),
-        });
-        all
+        let all = OF_MAP.into_iter().zip(self.replicates(map));
+        all.map(|((figure, ..), read)| {
+            FigureEntry::new(match &self.counted {
+                _ if figure != ILLUMINANCE_PEAK => read.estimate(),
+                Some(_) => largest(&map.map(|group| self.counted_map(group).into_owned())),
+                None => largest(map),
+            })
+        })
+        .collect()
     }
 
     fn one_path(&self, power: f64) -> Vec<f64> {
-        let of_bin = power / (self.grid.bin_mm * self.grid.bin_mm);
-        vec![of_bin / self.leds as f64, of_bin]
+        OF_MAP.map(|(.., one_path)| one_path(self, power)).into()
     }
 }
 
@@ -315,6 +366,7 @@ struct ReceiverReader<'a> {
     /// Directions of each place.
     directions: usize,
     bins: Bins,
+    figures: Vec<Definition>,
 }
 
 impl<'a> ReceiverReader<'a> {
@@ -337,7 +389,14 @@ impl<'a> ReceiverReader<'a> {
         if let Some(rectangle) = rectangle_of_points(receiver) {
             bins = with_points(bins, &rectangle, design, counted.as_deref());
         }
-        Some(Self { number, receiver, units, directions, bins })
+        let figures = figures_of_bins(receiver).collect();
+        Some(Self { number, receiver, units, directions, bins, figures })
+    }
+
+    /// What was read of each figure, `none` where nothing was.
+    fn in_order<T: Copy>(&self, read: &[(Definition, T)], none: T) -> Vec<T> {
+        let of = |figure: &Definition| read.iter().find(|(of, _)| of.key == figure.key);
+        self.figures.iter().map(|figure| of(figure).map_or(none, |(_, value)| *value)).collect()
     }
 }
 
@@ -352,13 +411,19 @@ fn rectangle_of_points(receiver: &CheckedReceiver) -> Option<StatedRectangle> {
 
 /// The figures that a receiver has.
 pub(super) fn figures_of(receiver: &CheckedReceiver) -> impl Iterator<Item = Definition> {
-    let by_angle = figures_by_angle(receiver).iter().copied();
+    let by_angle = figures_by_angle(receiver);
     let is_surface = matches!(receiver.detector.measurement, Measurement::Flux(_));
-    let of_sides = is_surface.then_some(OF_SURFACE).into_iter().flatten();
+    let of_sides = is_surface.then(figures_of_sides).into_iter().flatten();
     figures_of_bins(receiver).filter(move |_| !is_surface).chain(by_angle).chain(of_sides)
 }
 
-/// Fluxes on a surface.
+/// Fluxes on a surface, in the order of its bins.
+fn figures_of_sides() -> impl Iterator<Item = Definition> {
+    let named = |key: &str| OF_SURFACE.into_iter().find(|figure| figure.key == key);
+    FLUX_BINS.into_iter().filter_map(named)
+}
+
+/// Reads them.
 struct SurfaceReader<'a> {
     number: usize,
     receiver: &'a CheckedReceiver,
@@ -367,7 +432,7 @@ struct SurfaceReader<'a> {
 impl Reader for SurfaceReader<'_> {
     fn columns(&self) -> Vec<Column> {
         let name = self.receiver.name();
-        OF_SURFACE.map(|figure| Column::plain(figure.of_receiver(name))).into()
+        figures_of_sides().map(|figure| Column::plain(figure.of_receiver(name))).collect()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
@@ -379,23 +444,24 @@ impl Reader for SurfaceReader<'_> {
     }
 
     fn one_path(&self, power: f64) -> Vec<f64> {
-        vec![power; OF_SURFACE.len()]
+        vec![power; FLUX_BINS.len()]
     }
 }
 
 /// Those that are read from its bins: flux and mean alone of one place, which has no extremes.
 fn figures_of_bins(receiver: &CheckedReceiver) -> impl Iterator<Item = Definition> {
-    let points = OF_RECEIVER.len() - BY_ANGLE.len();
     let directions = match &receiver.detector.measurement {
         Measurement::Luminance(_, angles) => angles.bins(),
         _ => 1,
     };
-    let count = match receiver.detector.places() / directions {
-        0 | 1 => 2,
-        _ if rectangle_of_points(receiver).is_some() => points,
-        _ => points - 2,
-    };
-    OF_RECEIVER.into_iter().take(count)
+    let has_extremes = receiver.detector.places() / directions > 1;
+    let has_points = has_extremes && rectangle_of_points(receiver).is_some();
+    let extremes = [receiver::MIN, receiver::MAX, receiver::MIN_TO_MAX].into_iter();
+    let points = [receiver::NINE_POINTS, receiver::THIRTEEN_POINTS].into_iter();
+    [receiver::FLUX, receiver::MEAN]
+        .into_iter()
+        .chain(extremes.filter(move |_| has_extremes))
+        .chain(points.filter(move |_| has_points))
 }
 
 /// `bins` with the points of this rectangle; one that lies level sees the packages below.
@@ -426,7 +492,7 @@ impl Reader for ReceiverReader<'_> {
             let unit = unit_of_receiver(figure, self.receiver.kind());
             Column::new(figure.of_receiver(self.receiver.name()), unit, &self.units)
         };
-        figures_of_bins(self.receiver).map(of).collect()
+        self.figures.iter().map(|figure| of(*figure)).collect()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
@@ -439,14 +505,30 @@ impl Reader for ReceiverReader<'_> {
     }
 
     fn values(&self, powers: &[f64]) -> Vec<f64> {
-        self.bins.values(powers)
+        self.in_order(&self.bins.values(powers), f64::NAN)
     }
 
     fn entries(&self, powers: &Grouped) -> Vec<FigureEntry> {
-        self.bins.estimates(powers).into_iter().map(FigureEntry::new).collect()
+        let read = self.bins.figures(powers);
+        let read = self.in_order(&read, Estimate::new(f64::NAN, 0.0)).into_iter();
+        read.map(FigureEntry::new).collect()
     }
 
     fn one_path(&self, power: f64) -> Vec<f64> {
-        self.bins.one_path(power)
+        self.in_order(&self.bins.one_path(power), 0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use metrics::figures::{FAR_FIELD, ILLUMINANCE};
+
+    use super::*;
+
+    #[test]
+    fn every_figure_of_the_registry_has_a_reader() {
+        assert_eq!(OF_FAR_FIELD.map(|(figure, ..)| figure), FAR_FIELD);
+        assert_eq!(OF_MAP.map(|(figure, ..)| figure), ILLUMINANCE);
+        assert_eq!(figures_of_sides().collect::<Vec<_>>(), OF_SURFACE);
     }
 }

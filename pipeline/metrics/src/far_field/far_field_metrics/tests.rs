@@ -48,9 +48,9 @@ fn parabola_finds_the_peak_between_bins() {
     assert!((figures.centre_to_peak.value - f(4.0 / 3.0)).abs() < 2e-3);
     assert!(figures.peak_angle_deg.standard_error < 1e-9);
     let plain = JUDGE.plain(&powers(|t| f(t).max(0.0)));
-    assert!((plain[0] - figures.peak_angle_deg.value).abs() < 1e-9);
-    assert!((plain[1] - figures.centre_to_peak.value).abs() < 1e-12);
-    assert!(plain[2].is_nan() && figures.peak_angle_parabola_deg.is_none());
+    assert!((plain.peak_angle_deg - figures.peak_angle_deg.value).abs() < 1e-9);
+    assert!((plain.centre_to_peak - figures.centre_to_peak.value).abs() < 1e-12);
+    assert!(plain.peak_angle_parabola_deg.is_nan() && figures.peak_angle_parabola_deg.is_none());
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn beam_and_field_angle_are_those_of_closed_forms() {
     let widths = |f: &dyn Fn(f64) -> f64| {
         let figures = JUDGE.figures(&twice(&powers(f)));
         let plain = JUDGE.plain(&powers(f));
-        for (grouped, plain) in figures.widths_deg.iter().zip(&plain[3..5]) {
+        for (grouped, plain) in figures.widths_deg.iter().zip(&plain.widths_deg) {
             assert!(grouped.0.value.is_nan() == plain.is_nan());
             assert!(plain.is_nan() || (grouped.0.value - plain).abs() < 1e-9, "{figures:?}");
         }
@@ -153,7 +153,8 @@ fn bins_taken_together_read_as_bins_recorded_so() {
     let judge =
         |recorded| FarFieldReading { recorded, read_bin_deg: 6.0, centre_deg: 6.0, ..JUDGE };
     let (a, b) = (judge(BINS).plain(&fine), judge(coarse).plain(&fewer));
-    assert!((a[0] - b[0]).abs() < 1e-3 && (a[1] - b[1]).abs() < 1e-4, "{a:?} {b:?}");
+    assert!((a.peak_angle_deg - b.peak_angle_deg).abs() < 1e-3, "{a:?} {b:?}");
+    assert!((a.centre_to_peak - b.centre_to_peak).abs() < 1e-4, "{a:?} {b:?}");
 }
 
 #[test]
@@ -191,14 +192,14 @@ fn bins_about_multiples_hold_the_intensity_about_them() {
         let between = FarFieldReading { peak: PeakMethod::Parabola, peak_fit_deg: 10.0, ..judge }
             .plain(&powers);
         let vertex = if about > 0.0 { peak } else { 0.0 };
-        assert!((between[0] - vertex).abs() < 0.1, "{between:?} {peak}");
+        assert!((between.peak_angle_deg - vertex).abs() < 0.1, "{between:?} {peak}");
         // So does that through the recorded bins, which is told beside the bin.
         let beside = figures.peak_angle_parabola_deg.expect("a peak");
         let vertex = if about > 0.0 { peak } else { beside.value };
         assert!((beside.value - vertex).abs() < 0.1, "{beside:?} {peak}");
         assert!(beside.value < 1.5 || about > 0.0, "{beside:?}");
         let plain = judge.plain(&powers);
-        assert!((plain[2] - beside.value).abs() < 1e-9);
+        assert!((plain.peak_angle_parabola_deg - beside.value).abs() < 1e-9);
     }
 }
 
