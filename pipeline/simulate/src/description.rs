@@ -281,9 +281,10 @@ fn array(design: &Design) -> String {
             let packages = count(positions_mm.len(), "package");
             let [x, y] = extent(&layout(design)).map(shortest);
             let turns = if turns_deg.is_empty() { "" } else { ", turns" };
+            let sizes = if array.stated_scales.is_empty() { "" } else { ", sizes" };
             let powers = if array.drives.is_some() { " and powers" } else { "" };
             format!(
-                "{packages} at the positions{turns}{powers} of {file}, {x} x {y} mm between outermost axes"
+                "{packages} at the positions{turns}{sizes}{powers} of {file}, {x} x {y} mm between outermost axes"
             )
         }
         PackagePositions::Grid { columns, rows, arrangement } => {
@@ -296,7 +297,22 @@ fn array(design: &Design) -> String {
     };
     let offset = if array.is_offset() { ", each off its place" } else { "" };
     let turned = if array.has_own_turns() { ", each with a turn of its own" } else { "" };
-    format!("{places}{offset}{turned}")
+    format!("{places}{offset}{turned}{}", scaled(design))
+}
+
+/// Sizes of packages, in words; empty where all are as stated.
+fn scaled(design: &Design) -> String {
+    if !design.array.is_scaled() {
+        return String::new();
+    }
+    let [least, most] = design.array.scale_range().map(shortest);
+    let sizes = if least == most { least } else { format!("{least} to {most}") };
+    let relief = if design.has_relief() {
+        "; their elements scale with them, their bands keep the BSDF of the relief as stated"
+    } else {
+        ""
+    };
+    format!(", packages of {sizes} times the stated size{relief}")
 }
 
 /// Sides of the rectangle between the outermost axes, mm.

@@ -71,7 +71,8 @@ pub fn check(design: &Design) -> Result<()> {
     scatters_at_all_wavelengths(design, &surface)?;
     tables_fit(design)?;
     if let Err(error) = scene.admits(&plane(design)?) {
-        let expected = format!("a plane above the packages that cuts no solid: {error}");
+        let scaled = scaled(design);
+        let expected = format!("a plane above the packages that cuts no solid: {error}{scaled}");
         let got = design.receiver.plane_height_mm.to_string();
         return Err(refused(design, "receiver.plane_height_mm", got, expected).into());
     }
@@ -184,6 +185,8 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
         Some((solid, reach.x.max(reach.y), [span.x, span.y, span.z]))
     });
     let (widest, reach_mm, size) = reached.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let [_, scale] = design.array.scale_range();
+    let (reach_mm, size) = (scale * reach_mm, size.map(|length| scale * length));
     if 2.0 * reach_mm <= distance_mm {
         return None;
     }
@@ -222,12 +225,12 @@ fn ways_out(design: &Design, [first, second]: [&str; 2], (depth_mm, axis): (f64,
         let inner = half.map(|half| shortest(2.0 * half));
         let needed = around.map_or(String::new(), |around| {
             let reach = around.low.abs().max(around.high.abs());
-            let axes = if solid.is_some_and(|solid| solid.per() == Per::Package) {
-                design.half_extent_mm()
+            let (axes, scale) = if solid.is_some_and(|solid| solid.per() == Per::Package) {
+                (design.half_extent_mm(), design.array.scale_range()[1])
             } else {
-                [0.0; 2]
+                ([0.0; 2], 1.0)
             };
-            let more = (0..2).map(|k| axes[k] + reach[k] - half[k]).fold(0.0, f64::max);
+            let more = (0..2).map(|k| axes[k] + scale * reach[k] - half[k]).fold(0.0, f64::max);
             format!(" by more than {} mm", shortest(more))
         });
         return format!(
@@ -254,16 +257,31 @@ fn ways_out(design: &Design, [first, second]: [&str; 2], (depth_mm, axis): (f64,
     format!("move {solid:?} {move_by}, or change {other}")
 }
 
-/// The error of packages that fit where they are not turned, or neither turned nor off their places.
+/// The keys by which packages have other sizes, in words; empty where they have none.
+fn scaled(design: &Design) -> &'static str {
+    match (design.array.is_scaled(), design.array.has_own_scales()) {
+        (false, _) => "",
+        (true, true) => "; array.scales change the sizes of packages",
+        (true, false) => "; array.positions_file changes the sizes of packages",
+    }
+}
+
+/// The error of packages that fit where they have the stated size, where they are not turned, or where
+/// they neither are turned nor stand off their places.
 fn moved(design: &Design, error: &Error) -> Option<ConfigError> {
-    let (Error::Overlap { .. } | Error::IntoWall { .. }) = error else {
-        return None;
-    };
     let builds = |design: &Design| {
         dome_surface(design, Model::Geometric, None)
             .is_ok_and(|surface| scene::build(design, &surface).is_ok())
     };
     let mut still = design.clone();
+    still.array.scales.clear();
+    if design.array.has_own_scales() && builds(&still) {
+        let expected = format!("sizes at which packages clear each other and all else: {error}");
+        return Some(refused(design, "array.scales", "packages of other sizes", expected));
+    }
+    let (Error::Overlap { .. } | Error::IntoWall { .. }) = error else {
+        return None;
+    };
     still.array.turns_deg.clear();
     let (key, got) = if design.array.has_own_turns() && builds(&still) {
         ("array.turns_deg", "turned packages")
@@ -430,7 +448,8 @@ fn refusal(
             "position_mm",
             place(),
             format!(
-                "a rectangle that cuts nothing, not one through what stands from {low_mm:?} to {high_mm:?} mm"
+                "a rectangle that cuts nothing, not one through what stands from {low_mm:?} to {high_mm:?} mm{}",
+                scaled(design)
             ),
         ),
         Error::ReceiverInFace { surface, apart_mm, .. } => {

@@ -46,6 +46,13 @@ impl Revolution {
         ends.iter().all(|[r, _]| *r <= 0.0)
     }
 
+    /// The same with all coordinates times `factor`.
+    pub(super) fn scaled(&self, factor: f64) -> Result<Self, Error> {
+        let patches = self.patch_of_frustum.iter().copied();
+        let segments = self.frusta.iter().copied().zip(patches);
+        Ok(Self::new(&Meridian::scaled(segments, self.patches, factor)?))
+    }
+
     /// Prepares the search structure.
     pub fn new(meridian: &Meridian) -> Self {
         let frusta: Vec<Frustum> = meridian.frusta().iter().map(|&(frustum, _)| frustum).collect();
