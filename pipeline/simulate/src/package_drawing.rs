@@ -46,7 +46,7 @@ pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
         } else {
             Vec::new()
         },
-        scales: if design.array.scale_range() == [scale; 2] {
+        scales: if design.array.scale_range().map(f64::to_bits) == [scale.to_bits(); 2] {
             Vec::new()
         } else {
             (0..axes_mm.len()).map(|package| design.array.scale(package) / scale).collect()

@@ -286,8 +286,9 @@ impl Design {
     }
 
     /// Farthest reach of a package from its axis along x (`axis` 0) or y, mm, and the body that
-    /// reaches so far, in the turns and sizes that the file of the packages states. A box off the axis counts
-    /// as one on it, so that walls stand still where boxes and packages are placed with deviations.
+    /// reaches so far, in the turns and sizes that the file of the packages states. A box off the axis
+    /// counts as one on it, so that walls stand still where boxes and packages are placed with
+    /// deviations.
     pub fn outermost(&self, axis: usize) -> (f64, &str) {
         let Array { stated_scales, .. } = &self.array;
         let poses = (0..self.array.count()).map(|package| {
