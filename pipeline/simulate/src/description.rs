@@ -17,7 +17,7 @@ use design::resolved::solids::CheckedSolid;
 use design::schema::Arrangement;
 use design::schema::prints::Print;
 use design::schema::receivers::ReceiverForm;
-use design::schema::solids::{Per, Prisms, Relief, ReliefCells, ScatterLaw};
+use design::schema::solids::{Per, Prisms, Relief, ReliefCells, ScatterLaw, SolidForm};
 use design::spectrum::lights::Light;
 use metrics::digits::shortest;
 use metrics::illuminance::Symmetry;
@@ -346,8 +346,11 @@ fn solid(solid: &CheckedSolid) -> String {
     if solid.is_film() {
         return film(solid, &made);
     }
-    let surface = solid.form.deviation.map(|deviation| format!(", traced as {deviation}"));
-    let surface = surface.unwrap_or_default();
+    let surface = match (solid.form.deviation, &solid.stated.kind) {
+        (Some(deviation), _) => format!(", traced as {deviation}"),
+        (None, SolidForm::Mesh(mesh)) => smooth(mesh.smooth_deg),
+        _ => String::new(),
+    };
     format!("{}: {kind}{surface}, {made}, {per}{scatter}", solid.name())
 }
 
@@ -498,13 +501,10 @@ fn dome(design: &Design) -> String {
     };
     let form = match dome {
         Dome::Mesh(mesh) => {
-            let smooth = mesh.smooth_deg.map(|angle| {
-                format!(", smooth where faces turn by up to {} degrees", shortest(angle))
-            });
             mesh.deviation.map_or_else(
                 || {
                     let triangles = count(mesh.triangles, "triangle");
-                    format!("mesh of {triangles}{}", smooth.unwrap_or_default())
+                    format!("mesh of {triangles}{}", smooth(mesh.smooth_deg))
                 },
                 |deviation| format!("oval surface, traced as {deviation}"),
             )
@@ -515,6 +515,13 @@ fn dome(design: &Design) -> String {
         }
     };
     format!("{form}, {height} mm high, {width} mm wide, {silicone}")
+}
+
+/// Where the normals of a mesh are smooth, in words.
+fn smooth(smooth_deg: Option<f64>) -> String {
+    smooth_deg.map_or(String::new(), |angle| {
+        format!(", smooth where faces turn by up to {} degrees", shortest(angle))
+    })
 }
 
 /// A reflector in words, which may be of metal.

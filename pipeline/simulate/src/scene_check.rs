@@ -415,8 +415,14 @@ fn misplaced(design: &Design, error: &Error) -> Option<ConfigError> {
     let number = sources.position(|source| source.name() == source_name)?;
     let stated = &design.sources[number].stated;
     let key = format!("sources[{}].position_mm", number + 1);
-    let got = format!("{:?}", stated.kind.place().unwrap_or_default().0);
-    Some(refused(design, key, got, format!("a place where the source may stand: {error}")))
+    let (place, inside) = stated.kind.place().unwrap_or_default();
+    // It stands in the silicone of a dome unless it says otherwise.
+    let inside = match (inside, &design.dome) {
+        (None, Some(_)) => "; `inside` states another medium around it than silicone",
+        _ => "",
+    };
+    let expected = format!("a place where the source may stand: {error}{inside}");
+    Some(refused(design, key, format!("{place:?}"), expected))
 }
 
 /// The error of a receiver, by its key in the design.

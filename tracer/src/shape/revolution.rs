@@ -14,6 +14,7 @@ use super::frustum::Axial;
 use super::shell::Shell;
 use super::stairs::Stairs;
 use super::{Bounds, Frustum, Intersection, Meridian, Reach, Sides};
+use crate::error::Error;
 use crate::ray::Ray;
 
 /// Padding of bounding volumes relative to their size: far above rounding, far below any relief.

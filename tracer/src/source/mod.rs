@@ -167,7 +167,7 @@ impl Source {
                 *half_y *= factor;
             }
         }
-        if let Emission::Rays(rays) = self.emission {
+        if let Emission::Rays(rays) = &self.emission {
             self.emission = Emission::Rays(rays.scaled(factor).into());
         }
         self
