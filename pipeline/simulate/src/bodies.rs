@@ -135,13 +135,15 @@ pub fn without_mesh(design: &Design) -> Vec<&str> {
 /// # Errors
 /// If the relief cannot be built.
 pub fn meridians(design: &Design) -> Result<Vec<(String, Meridian)>> {
-    let about_axis = of_package(design, None)?.into_iter().filter_map(|Body { name, form, rotation, places }| {
-        let is_upright = rotation.z_axis == DVec3::Z && places[0].truncate().length() <= 0.0;
-        match form {
-            Form::Revolved(curve) if is_upright => Some((name, curve.lifted(places[0].z))),
-            _ => None,
-        }
-    });
+    let about_axis = of_package(design, None)?.into_iter().filter_map(
+        |Body { name, form, rotation, places }| {
+            let is_upright = rotation.z_axis == DVec3::Z && places[0].truncate().length() <= 0.0;
+            match form {
+                Form::Revolved(curve) if is_upright => Some((name, curve.lifted(places[0].z))),
+                _ => None,
+            }
+        },
+    );
     Ok(about_axis.collect())
 }
 

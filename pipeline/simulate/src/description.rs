@@ -500,15 +500,13 @@ fn dome(design: &Design) -> String {
         _ => shortest(2.0 * dome.radius_mm()),
     };
     let form = match dome {
-        Dome::Mesh(mesh) => {
-            mesh.deviation.map_or_else(
-                || {
-                    let triangles = count(mesh.triangles, "triangle");
-                    format!("mesh of {triangles}{}", smooth(mesh.smooth_deg))
-                },
-                |deviation| format!("oval surface, traced as {deviation}"),
-            )
-        }
+        Dome::Mesh(mesh) => mesh.deviation.map_or_else(
+            || {
+                let triangles = count(mesh.triangles, "triangle");
+                format!("mesh of {triangles}{}", smooth(mesh.smooth_deg))
+            },
+            |deviation| format!("oval surface, traced as {deviation}"),
+        ),
         Dome::Meridian(curve) => format!("curve of {}", count(curve.pieces.len(), "piece")),
         Dome::Sphere(sphere) => {
             format!("sphere of radius {} mm", shortest(sphere.sphere_radius_mm))

@@ -328,9 +328,15 @@ light = { wavelength_nm = 550.0 }
         assert!(said(&rows).contains("array.arrangement"));
         let turned = CELL.replace("pitch_mm = 5.0", "pitch_mm = 5.0, turns_deg = [10.0]");
         assert!(said(&turned).contains("array.turns_deg (packages whose image"));
-        let of_two = CELL.replace("columns = 1", "columns = 2").replace("size_mm = [5.0, 5.0]", "size_mm = [10.0, 5.0]");
-        let scaled = |scales: &str| said(&of_two.replace("pitch_mm = 5.0", &format!("pitch_mm = 5.0, scales = {scales}")));
-        assert!(scaled("[1.0, 1.2]").contains("array.scales (packages whose image has another size)"));
+        let of_two = CELL
+            .replace("columns = 1", "columns = 2")
+            .replace("size_mm = [5.0, 5.0]", "size_mm = [10.0, 5.0]");
+        let scaled = |scales: &str| {
+            said(&of_two.replace("pitch_mm = 5.0", &format!("pitch_mm = 5.0, scales = {scales}")))
+        };
+        assert!(
+            scaled("[1.0, 1.2]").contains("array.scales (packages whose image has another size)")
+        );
         assert_eq!(scaled("[1.2, 1.2]"), "");
     }
 

@@ -182,7 +182,8 @@ pub fn add(
 ) -> Result<Vec<PrototypeId>> {
     let Packages { kinds, numbers } = packages;
     if design.solids.is_empty() {
-        let kinds = kinds.iter().map(|(kind, pose)| Ok(scene.prototype(posed(kind.clone(), *pose)?)));
+        let kinds =
+            kinds.iter().map(|(kind, pose)| Ok(scene.prototype(posed(kind.clone(), *pose)?)));
         let kinds: Vec<PrototypeId> = kinds.collect::<Result<_>>()?;
         return Ok(numbers.iter().map(|number| kinds[*number]).collect());
     }

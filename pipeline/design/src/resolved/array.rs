@@ -146,7 +146,8 @@ impl Array {
     /// The least and the largest size of a package over the stated one.
     pub fn scale_range(&self) -> [f64; 2] {
         let scales = (0..self.count()).map(|package| self.scale(package));
-        scales.fold([f64::INFINITY, 0.0], |[least, most], scale| [least.min(scale), most.max(scale)])
+        scales
+            .fold([f64::INFINITY, 0.0], |[least, most], scale| [least.min(scale), most.max(scale)])
     }
 
     /// True if a package has another size than the stated one.

@@ -404,7 +404,8 @@ mod tests {
         let zeros: Change =
             |d| (d.array.offsets_mm, d.array.turns_deg) = (vec![[0.0; 2]; 4], vec![0.0; 4]);
         assert_eq!(of(zeros, all), base);
-        let ones: Change = |d| (d.array.scales, d.array.stated_scales) = (vec![0.5; 4], vec![2.0; 4]);
+        let ones: Change =
+            |d| (d.array.scales, d.array.stated_scales) = (vec![0.5; 4], vec![2.0; 4]);
         assert_eq!(of(ones, all), base);
         let changed = of(|d| d.far_field.centre_deg = 7.5, all);
         assert!(changed.0 == base.0 && changed.1 != base.1);
