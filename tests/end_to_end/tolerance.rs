@@ -165,6 +165,16 @@ const BAD: &[(&str, &str, &[&str])] = &[
     ("mirror.reflectance", "mirror.kind", &["mirror.kind", "specular"]),
     ("mirror.reflectance", "mirror.*.x", &["tolerances[1]: mirror[*].x", "a list at mirror"]),
     (
+        "mirror.reflectance",
+        "array.scales[5]",
+        &["array.scales[5]: expected an entry of array.scales from 1 to 4, got 5"],
+    ),
+    (
+        "mirror.reflectance",
+        "array.offsets_mm",
+        &["array.offsets_mm: expected entries of it, as in array.offsets_mm[*][*]"],
+    ),
+    (
         "key = \"mirror.reflectance\"",
         "profile = \"inner_slope_deg\"",
         &["tolerances[1]", "[elements]"],

@@ -111,6 +111,13 @@ fn with_package_lists(
 ) -> Result<DesignFile> {
     let keys = tolerances.iter().flat_map(|of| of.key.iter().chain(of.keys.iter().flatten()));
     let keys: Vec<String> = keys.map(|key| numbered(&source.table, key)).collect();
+    for (list, neutral) in PACKAGE_LISTS {
+        ensure!(
+            !keys.iter().any(|key| key == list),
+            "tolerances: {list}: expected entries of it, as in {list}{}",
+            "[*]".repeat(neutral.len())
+        );
+    }
     let is_wanted = |list: &str| {
         let begins = |key: &String| key.strip_prefix(list).is_some_and(|key| key.starts_with('['));
         keys.iter().any(begins) && dotted_keys::get(&source.table, list).is_none()
