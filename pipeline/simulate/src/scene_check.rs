@@ -275,22 +275,20 @@ fn moved(design: &Design, error: &Error) -> Option<ConfigError> {
     };
     let mut still = design.clone();
     still.array.scales.clear();
-    if design.array.has_own_scales() && builds(&still) {
-        let expected = format!("sizes at which packages clear each other and all else: {error}");
-        return Some(refused(design, "array.scales", "packages of other sizes", expected));
-    }
-    let (Error::Overlap { .. } | Error::IntoWall { .. }) = error else {
-        return None;
-    };
-    still.array.turns_deg.clear();
-    let (key, got) = if design.array.has_own_turns() && builds(&still) {
-        ("array.turns_deg", "turned packages")
+    let (key, got) = if design.array.has_own_scales() && builds(&still) {
+        ("array.scales", "packages of other sizes")
     } else {
-        still.array.offsets_mm.clear();
-        (design.array.is_offset() && builds(&still)).then_some(())?;
-        ("array.offsets_mm", "packages off their places")
+        still.array.turns_deg.clear();
+        if design.array.has_own_turns() && builds(&still) {
+            ("array.turns_deg", "turned packages")
+        } else {
+            still.array.offsets_mm.clear();
+            (design.array.is_offset() && builds(&still)).then_some(())?;
+            ("array.offsets_mm", "packages off their places")
+        }
     };
-    Some(refused(design, key, got, format!("packages that clear each other and walls: {error}")))
+    let expected = format!("packages that clear each other, walls and solids: {error}");
+    Some(refused(design, key, got, expected))
 }
 
 /// The error of a solid that overlaps something else.
