@@ -266,13 +266,27 @@ fn scaled(design: &Design) -> &'static str {
     }
 }
 
+/// True of a design whose scene can be built.
+fn builds(design: &Design) -> bool {
+    dome_surface(design, Model::Geometric, None)
+        .is_ok_and(|surface| scene::build(design, &surface).is_ok())
+}
+
+/// The key and the position of the solid of the array without which the scene can be built: of one that
+/// is opaque the crossing names the package alone.
+fn hidden(design: &Design) -> Option<(String, String)> {
+    let mut of_array = design.solids.iter().filter(|solid| solid.per() == Per::Array);
+    let is_cause = |solid: &&CheckedSolid| {
+        let mut without = design.clone();
+        without.solids.retain(|other| other.name() != solid.name());
+        builds(&without)
+    };
+    of_array.find(is_cause).map(CheckedSolid::place)
+}
+
 /// The error of packages that fit where they have the stated size, where they are not turned, or where
 /// they neither are turned nor stand off their places.
 fn moved(design: &Design, error: &Error) -> Option<ConfigError> {
-    let builds = |design: &Design| {
-        dome_surface(design, Model::Geometric, None)
-            .is_ok_and(|surface| scene::build(design, &surface).is_ok())
-    };
     let mut still = design.clone();
     still.array.scales.clear();
     let (key, got) = if design.array.has_own_scales() && builds(&still) {
@@ -297,7 +311,9 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
         return Some(wide);
     }
     let (key, got) = match error {
-        Error::Crossing { first, second, .. } => solid(design, [&**first, second]),
+        Error::Crossing { first, second, .. } => {
+            solid(design, [&**first, second]).or_else(|| hidden(design))
+        }
         Error::Straddles { regions, .. } => solid(design, regions.iter().map(String::as_str)),
         Error::Overlap { .. } | Error::BelowGround { .. } | Error::IntoWall { .. } => {
             // The package without solids was checked with its own keys.
