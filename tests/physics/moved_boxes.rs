@@ -142,7 +142,7 @@ fn package(factor: f64, [ring, count]: [f64; 2]) -> Design {
         mm(&[0.4, 0.5, 0.5]),
         mm(&[0.2, 0.1]),
         mm(&[0.2, 0.6, 0.5]),
-        mm(&[1.9, 0.2, 0.6]),
+        mm(&[2.2, 0.2, 0.6]),
         one(0.3),
         mm(&[0.0, 0.1, 1.5]),
     ))
@@ -156,7 +156,7 @@ fn a_scaled_package_is_all_of_its_lengths_longer() {
     scaled.array.scales = vec![1.6];
     let [plain, scaled, stated] = [&plain, &scaled, &stated].map(|design| {
         let seen = seen(design);
-        let all = ["escaped_up", "absorbed_by_post", "absorbed_by_silicone", "absorbed_by_ball"];
+        let all = ["escaped_up", "absorbed_by_post", "absorbed_in_silicone", "absorbed_in_ball"];
         let mut all: Vec<Estimate> = all.map(|name| account(&seen, name)).into();
         all.push(to_the_right(&seen));
         let map = moved_map(&seen);
