@@ -108,7 +108,14 @@ fn check_says_where_packages_stand_and_what_is_read() {
             &format!("{GRID}, turns_deg = [0, 0, 0, 0, 0, 5]"),
             "at 12 x 8 mm, each with a turn of its own",
         ),
-        (&format!("{GRID}, turns_deg = [0, 0, 0, 0, 0, 0]"), "3 x 2 at 12 x 8 mm\n"),
+        (
+            &format!("{GRID}, turns_deg = [0, 0, 0, 0, 0, 0], scales = [1, 1, 1, 1, 1, 1]"),
+            "3 x 2 at 12 x 8 mm\n",
+        ),
+        (
+            &format!("{GRID}, scales = [1, 1, 1, 1, 1, 1.25]"),
+            "at 12 x 8 mm, packages of 1 to 1.25 times the stated size\n",
+        ),
     ] {
         std::fs::write(at.join("chips.toml"), design(array) + receivers).expect("written");
         let checked = said(at, &["check", "chips.toml"]).expect("valid");
@@ -131,6 +138,11 @@ fn check_says_where_packages_stand_and_what_is_read() {
         (
             format!("{GRID}, arrangement = \"hexagonal\"").replace("[12.0, 8.0]", "[0.3, 0.15]"),
             "width of a package, 0.2 mm",
+        ),
+        // Smaller packages stand nearer, to their own width.
+        (
+            format!("{GRID}, scales = [0.5, 1, 1, 1, 1, 1]").replace("[12.0, 8.0]", "[12.0, 0.09]"),
+            "width of the smallest package, 0.1 mm",
         ),
         (FILE.replace("7.0", "[7.0, 7.0]"), "one number beside positions_file"),
     ] {

@@ -165,6 +165,16 @@ const BAD: &[(&str, &str, &[&str])] = &[
     ("mirror.reflectance", "mirror.kind", &["mirror.kind", "specular"]),
     ("mirror.reflectance", "mirror.*.x", &["tolerances[1]: mirror[*].x", "a list at mirror"]),
     (
+        "mirror.reflectance",
+        "array.scales[5]",
+        &["array.scales[5]: expected an entry of array.scales from 1 to 4, got 5"],
+    ),
+    (
+        "mirror.reflectance",
+        "array.offsets_mm",
+        &["array.offsets_mm: expected entries of it, as in array.offsets_mm[*][*]"],
+    ),
+    (
         "key = \"mirror.reflectance\"",
         "profile = \"inner_slope_deg\"",
         &["tolerances[1]", "[elements]"],
@@ -324,19 +334,20 @@ fn an_analysis_becomes_a_page_alone_or_beside_a_run() {
     assert!(!done && said.contains("tolerance.json`: schema_version: expected 3, got 1"), "{said}");
 }
 
-/// Each package moves and turns by itself, without lists in the design.
+/// Each package moves, turns and scales by itself, without lists in the design.
 #[test]
-fn packages_move_and_turn_one_by_one() {
+fn packages_move_turn_and_scale_one_by_one() {
     let folder = folder();
     let at = folder.path();
     let head = "name = \"mounted\"\ndesign = \"bare-dome.toml\"\nsamples = 8\npaths = 4096\nfigures = [\"extraction_efficiency\"]\n";
     let keys = "[[tolerances]]\nkey = \"array.offsets_mm[*][*]\"\ndeviation = 0.05\n\
-                [[tolerances]]\nkey = \"array.turns_deg[*]\"\ndeviation = 2.0\n";
+                [[tolerances]]\nkey = \"array.turns_deg[*]\"\ndeviation = 2.0\n\
+                [[tolerances]]\nkey = \"array.scales[*]\"\ndeviation = 0.01\n";
     std::fs::write(at.join("tolerance.toml"), format!("{head}{keys}")).expect("written");
     let [_, table] = tolerance(at, &[]);
     let table = String::from_utf8(table).expect("UTF-8");
     let heading = table.lines().next().expect("a heading");
-    for column in ["array.offsets_mm[4][2]", "array.turns_deg[4]"] {
+    for column in ["array.offsets_mm[4][2]", "array.turns_deg[4]", "array.scales[4]"] {
         assert!(heading.contains(column), "{heading}");
     }
 
@@ -364,7 +375,9 @@ fn packages_move_and_turn_one_by_one() {
         let mean = rows.iter().map(|row| row[0]).sum::<f64>() / rows.len() as f64;
         rows.iter().map(|row| ((row[0] - mean) / row[1]).powi(2)).sum::<f64>()
     };
-    for (key, deviation) in [("array.offsets_mm[*][*]", 0.3), ("array.turns_deg[*]", 20.0)] {
+    let deviations =
+        [("array.offsets_mm[*][*]", 0.3), ("array.turns_deg[*]", 20.0), ("array.scales[*]", 0.15)];
+    for (key, deviation) in deviations {
         let (moved, control) = (chi_square(key, deviation), chi_square(key, 1e-6));
         // Of 7 degrees of freedom 24.3 is the quantile of 99.9 %.
         assert!(moved > 100.0 && control < 24.3, "{key}: {moved} {control}");

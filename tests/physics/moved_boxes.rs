@@ -109,6 +109,93 @@ fn a_turned_package_is_all_that_is_in_it_elsewhere() {
     assert!(off(all[0][0], all[1][0]) > 20.0, "{all:?}");
 }
 
+/// A package with all that there may be in it, its lengths times `factor`; a relief of `count` rings of
+/// `ring` micrometres.
+fn package(factor: f64, [ring, count]: [f64; 2]) -> Design {
+    let mm = |lengths: &[f64]| {
+        let scaled = lengths.iter().map(|length| format!("{:?}", factor * length));
+        format!("[{}]", scaled.collect::<Vec<_>>().join(", "))
+    };
+    let one = |length: f64| format!("{:?}", factor * length);
+    parsed(&format!(
+        "name = \"whole\"\n\
+         dome = {{ sphere_radius_mm = {}, height_mm = {}, width_mm = {} }}\n\
+         silicone = {{ index = 1.41, absorption_per_mm = 0.2 }}\n\
+         elements = {{ count = {count}, width_um = {ring:?}, shapes = [{{ from = 1, to = {count}, type = \"OS1\" }}] }}\n\
+         mirror = {{ kind = \"specular\", reflectance = 0.8, extent = \"array\" }}\n\
+         led = {{ size_mm = {}, height_mm = {}, reflection = \"lambertian\", reflectance = 0.5, offset_mm = {} }}\n\
+         array = {{ columns = 1, rows = 1, pitch_mm = 8.0 }}\n\
+         light = {{ wavelength_nm = 550.0 }}\n\
+         receiver = {{ bin_mm = 0.5, plane_height_mm = 4.0 }}\n\
+         [[sources]]\nname = \"spot\"\nkind = \"rectangle\"\nposition_mm = {}\nsize_mm = {}\ninside = \"silicone\"\n\
+         [[sources]]\nname = \"chip\"\nkind = \"chip\"\nface_powers = [1, 1, 1, 1, 1]\n\
+         [[solids]]\nname = \"post\"\nkind = \"box\"\nsize_mm = {}\nposition_mm = {}\n\
+         rotation_deg = [0, 10, 30]\nsurface = {{ kind = \"lambertian\", reflectance = 0.5 }}\n\
+         [[solids]]\nname = \"ball\"\nkind = \"sphere\"\nradius_mm = {}\nposition_mm = {}\n\
+         medium = {{ index = 1.6, absorption_per_mm = 1.0 }}\n",
+        one(2.0),
+        one(1.0),
+        one(3.4),
+        mm(&[1.0, 0.6]),
+        one(0.2),
+        mm(&[0.1, -0.1]),
+        mm(&[0.4, 0.5, 0.5]),
+        mm(&[0.2, 0.1]),
+        mm(&[0.2, 0.6, 0.5]),
+        mm(&[2.2, 0.2, 0.6]),
+        one(0.3),
+        mm(&[0.0, 0.1, 1.5]),
+    ))
+}
+
+/// A package that is scaled is the one whose lengths are all stated so much longer, about its foot.
+#[test]
+fn a_scaled_package_is_all_of_its_lengths_longer() {
+    let stated = package(1.6, [160.0, 17.0]);
+    let (plain, mut scaled) = (package(1.0, [100.0, 17.0]), package(1.0, [100.0, 17.0]));
+    scaled.array.scales = vec![1.6];
+    let [plain, scaled, stated] = [&plain, &scaled, &stated].map(|design| {
+        let seen = seen(design);
+        let all = ["escaped_up", "absorbed_by_post", "absorbed_in_silicone", "absorbed_in_ball"];
+        let mut all: Vec<Estimate> = all.map(|name| account(&seen, name)).into();
+        all.push(to_the_right(&seen));
+        let map = moved_map(&seen);
+        (all, map)
+    });
+    for (k, (a, b)) in scaled.0.iter().zip(&stated.0).enumerate() {
+        alike(&format!("{k}"), *a, *b);
+    }
+    // Some millimetres of scatter over the root of the paths on the map.
+    let off = (0..2).map(|axis| (scaled.1[axis] - stated.1[axis]).abs()).fold(0.0, f64::max);
+    assert!(off < 0.04, "{:?} {:?}", scaled.1, stated.1);
+    // The media absorb more in the larger package.
+    let [large, small] = [&scaled, &plain].map(|(all, _)| all[2]);
+    let error = large.standard_error.hypot(small.standard_error);
+    assert!(large.value - small.value > 20.0 * error, "{large:?} {small:?}");
+}
+
+/// Packages of unequal size are those of single ones, whether a file or the design scales them.
+#[test]
+fn sizes_of_packages_are_those_of_single_ones() {
+    let of = |columns: usize, file: &[f64], own: &[f64]| {
+        let text = DOMED
+            .replace("columns = 1", &format!("columns = {columns}"))
+            .replace("pitch_mm = 8.0", "pitch_mm = 8.0, crossing = false")
+            .replace("index = 1.41", "index = 1.41, absorption_per_mm = 0.3");
+        let led = "led = { size_mm = [0.8, 0.8], height_mm = 0.3, reflection = \"absorbing\" }\n";
+        let mut design = parsed(&format!("{text}{led}"));
+        (design.array.stated_scales, design.array.scales) = (file.to_vec(), own.to_vec());
+        seen(&design)
+    };
+    let up = |seen: &Observation| account(seen, "escaped_up");
+    let [small, large] = [0.6, 1.8].map(|scale| up(&of(1, &[], &[scale])));
+    let both = of(2, &[0.6, 0.9], &[1.0, 2.0]);
+    close("both", up(&both), 0.5 * (small.value + large.value));
+    let error = small.standard_error.hypot(large.standard_error);
+    assert!(small.value - large.value > 20.0 * error, "{small:?} {large:?}");
+    assert_eq!(up(&of(1, &[2.0], &[0.5])), up(&of(1, &[], &[])));
+}
+
 /// Mean x and y of the light on the map, mm.
 fn moved_map(seen: &Observation) -> [f64; 2] {
     let map = seen.illuminance.total();

@@ -262,6 +262,10 @@ fn order(design: &toml::Table, path: &str, value: &toml::Value) -> Result<Option
             format!("{path}: expected names of its entries{known}, got {name:?}")
         })
     };
+    let twice = (1..names.len()).find(|k| names[..*k].contains(&names[*k]));
+    if let Some(twice) = twice.map(|k| names[k]) {
+        bail!("{path}: expected each name once, got {twice:?} twice");
+    }
     names.into_iter().map(place).collect::<Result<_>>().map(Some)
 }
 
@@ -407,6 +411,7 @@ mod tests {
                 "films = [\"plate\", \"d\"]",
                 "films: expected names of its entries (plate, a-1, b, c), got \"d\"",
             ),
+            ("films = [\"b\", \"b\"]", "films: expected each name once, got \"b\" twice"),
             (
                 "\"films.d.gap_mm\" = 1",
                 "expected an entry of `films`, `films[1]` to `films[4]` (plate, a-1, b, c), got `d`",

@@ -68,6 +68,23 @@ impl Form {
 }
 
 impl Body {
+    /// The same with all lengths times `factor` about the origin; its places as well.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.form = match self.form {
+            Form::Revolved(meridian) => Form::Revolved(meridian.scaled(factor)),
+            Form::Box(corners) => Form::Box(corners.map(|corner| factor * corner)),
+            Form::Mesh(mut mesh) => {
+                mesh.vertices.iter_mut().flatten().for_each(|along| *along *= factor);
+                Form::Mesh(mesh)
+            }
+            Form::Rectangle(half) => Form::Rectangle(half.map(|length| factor * length)),
+            Form::Disc(radius) => Form::Disc(factor * radius),
+        };
+        self.places.iter_mut().for_each(|place| *place *= factor);
+        self
+    }
+
     /// True for a sheet, which encloses nothing.
     pub fn is_sheet(&self) -> bool {
         matches!(self.form, Form::Rectangle(_) | Form::Disc(_))

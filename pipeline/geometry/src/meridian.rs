@@ -76,6 +76,25 @@ impl Meridian {
         self
     }
 
+    /// The curve with all lengths times `factor`.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        let scale = |length: &mut f64| *length *= factor;
+        for Piece { start, end, curve, .. } in &mut self.pieces {
+            start.iter_mut().chain(end).for_each(scale);
+            match curve {
+                Curve::Line => {}
+                Curve::Arc { radius_mm, centre_mm } => {
+                    [radius_mm, centre_mm].into_iter().for_each(scale);
+                }
+                Curve::Bend { radius_mm, centre_mm, .. } => {
+                    std::iter::once(radius_mm).chain(centre_mm).for_each(scale);
+                }
+            }
+        }
+        self
+    }
+
     /// Where it ends, (r, z), mm; the origin if it has no pieces.
     pub fn end_mm(&self) -> [f64; 2] {
         self.pieces.last().map_or([0.0; 2], |piece| piece.end)

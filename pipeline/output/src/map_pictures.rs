@@ -6,6 +6,7 @@ use anyhow::Result;
 use metrics::figures::VALLEY_TO_PEAK;
 
 use arrays::{csv, exr};
+use design::resolved::array::Pose;
 use metrics::Grouped;
 use metrics::illuminance::Grid;
 use metrics::quantity::{Axis, Curve, Map, Quantity, Unit};
@@ -295,10 +296,11 @@ impl ModelFiles<'_> {
         let axes = self.design.array.axes_mm().into_iter().enumerate();
         let outline = |(package, axis): (usize, [f64; 2])| {
             let offset = self.design.led_offset_mm(package);
+            let Pose { turn_deg, scale } = self.design.array.pose(package);
             LedOutline {
                 centre: [0, 1].map(|k| axis[k] + offset[k]),
-                size: self.design.led.size_mm,
-                turn_deg: self.design.array.turn_deg(package),
+                size: self.design.led.size_mm.map(|length| scale * length),
+                turn_deg,
             }
         };
         axes.map(outline).collect()

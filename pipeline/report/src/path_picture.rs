@@ -206,10 +206,13 @@ impl Section<'_> {
         let half = self.panel.x.scale.ends[1];
         // The package, and those beside it that the plane cuts as it does this one.
         let beside = drawing.neighbours(half + drawing.radius_mm);
-        let own_turn = drawing.turn_deg([0.0; 2]);
+        let [own_turn, _] = drawing.turn_and_scale([0.0; 2]);
         let places: Vec<f64> = beside
             .filter(|[_, y]| y.abs() < 1e-6 * drawing.radius_mm)
-            .filter(|at| (drawing.turn_deg(*at) - own_turn).abs() < 1e-9)
+            .filter(|at| {
+                let [turn, scale] = drawing.turn_and_scale(*at);
+                (turn - own_turn).abs() < 1e-9 && (scale - 1.0).abs() < 1e-9
+            })
             .map(|[x, _]| x)
             .chain([0.0])
             .collect();
@@ -480,6 +483,7 @@ mod tests {
             led_corners_mm: Vec::new(),
             led_offsets_mm: Vec::new(),
             turns_deg: Vec::new(),
+            scales: Vec::new(),
             mirror_half_mm: 3.25,
             plane_mm,
             pitch_mm: None,

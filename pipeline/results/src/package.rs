@@ -54,6 +54,9 @@ pub struct PackageDrawing {
     /// Turns of all packages about their axes, degrees; empty where none is turned.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub turns_deg: Vec<f64>,
+    /// Sizes of all packages over that of this one; empty where all are alike.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scales: Vec<f64>,
     /// Half the width of the mirror under the package, as far as half the pitch, mm.
     pub mirror_half_mm: f64,
     /// Height of the receiver plane, mm.
@@ -87,12 +90,14 @@ impl PackageDrawing {
         from_own.filter(move |[x, y]| (1e-9..=reach_mm).contains(&x.hypot(*y)))
     }
 
-    /// Turn of the package `at` mm from the axis of this one, degrees.
-    pub fn turn_deg(&self, at: [f64; 2]) -> f64 {
+    /// Turn of the package `at` mm from the axis of this one, degrees, and its size over that of this
+    /// one.
+    pub fn turn_and_scale(&self, at: [f64; 2]) -> [f64; 2] {
         let is_there =
             |axis: &[f64; 2]| (0..2).all(|k| (axis[k] - self.at_mm[k] - at[k]).abs() < 1e-9);
         let package = self.axes_mm.iter().position(is_there);
-        package.and_then(|package| self.turns_deg.get(package)).copied().unwrap_or_default()
+        let of = |all: &[f64]| package.and_then(|package| all.get(package)).copied();
+        [of(&self.turns_deg).unwrap_or_default(), of(&self.scales).unwrap_or(1.0)]
     }
 
     /// Corners of the LED's box, mm, numbered as [`Self::led_corners_mm`].

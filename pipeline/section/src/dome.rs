@@ -31,28 +31,17 @@ impl Base {
         }
     }
 
-    fn scaled(mut self, by: f64) -> Self {
-        let scale = |length: &mut f64| *length *= by;
-        match &mut self {
+    fn scaled(self, by: f64) -> Self {
+        match self {
             Self::Sphere(SphericalDome { sphere_radius_mm, height_mm, radius_mm }) => {
-                [sphere_radius_mm, height_mm, radius_mm].into_iter().for_each(scale);
+                Self::Sphere(SphericalDome {
+                    sphere_radius_mm: by * sphere_radius_mm,
+                    height_mm: by * height_mm,
+                    radius_mm: by * radius_mm,
+                })
             }
-            Self::Curve(meridian) => {
-                for Piece { start, end, curve, .. } in &mut meridian.pieces {
-                    start.iter_mut().chain(end).for_each(scale);
-                    match curve {
-                        Curve::Line => {}
-                        Curve::Arc { radius_mm, centre_mm } => {
-                            [radius_mm, centre_mm].into_iter().for_each(scale);
-                        }
-                        Curve::Bend { radius_mm, centre_mm, .. } => {
-                            std::iter::once(radius_mm).chain(centre_mm).for_each(scale);
-                        }
-                    }
-                }
-            }
+            Self::Curve(meridian) => Self::Curve(meridian.scaled(by)),
         }
-        self
     }
 }
 

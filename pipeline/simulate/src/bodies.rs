@@ -8,6 +8,7 @@ use tracer::Shape;
 use tracer::glam::{DMat3, DVec3};
 
 use design::Design;
+use design::resolved::array::Pose;
 use design::resolved::dome::Dome;
 use design::resolved::led::BoxPlace;
 use design::resolved::solids::CheckedSolid;
@@ -33,31 +34,32 @@ const MIRROR: &str = "mirror";
 pub fn whole(design: &Design) -> Result<Vec<Body>> {
     let axes = design.array.axes_mm().into_iter();
     let axes: Vec<DVec3> = axes.map(|[x, y]| DVec3::new(x, y, 0.0)).collect();
-    // One for each turn of a package, in the order in which they appear.
-    let mut turns: Vec<(f64, Vec<DVec3>)> = Vec::new();
-    let mut known: BTreeMap<u64, usize> = BTreeMap::new();
+    // One for each turn and size of a package, in the order in which they appear.
+    let mut poses: Vec<(Pose, Vec<DVec3>)> = Vec::new();
+    let mut known: BTreeMap<[u64; 2], usize> = BTreeMap::new();
     for (package, axis) in axes.iter().enumerate() {
-        let turn_deg = design.array.turn_deg(package);
-        let number = *known.entry(turn_deg.to_bits()).or_insert(turns.len());
-        if number == turns.len() {
-            turns.push((turn_deg, Vec::new()));
+        let pose = design.array.pose(package);
+        let key = [pose.turn_deg, pose.scale].map(f64::to_bits);
+        let number = *known.entry(key).or_insert(poses.len());
+        if number == poses.len() {
+            poses.push((pose, Vec::new()));
         }
-        turns[number].1.push(*axis);
+        poses[number].1.push(*axis);
     }
     let copied = |body: Body| -> Vec<Body> {
-        let copies = turns.iter().zip(1..).map(|((turn_deg, axes), number)| {
+        let copies = poses.iter().zip(1..).map(|((pose, axes), number)| {
             let name =
-                if turns.len() > 1 { format!("{} {number}", body.name) } else { body.name.clone() };
-            Body { name, ..turned(&body, *turn_deg, axes) }
+                if poses.len() > 1 { format!("{} {number}", body.name) } else { body.name.clone() };
+            Body { name, ..posed(&body, *pose, axes) }
         });
         copies.collect()
     };
     let mut bodies: Vec<Body> = dome(design)?.map(copied).into_iter().flatten().collect();
     let (kinds, numbers) = design.package_kinds();
-    for (kind, (place, turn_deg)) in kinds.iter().enumerate() {
+    for (kind, (place, pose)) in kinds.iter().enumerate() {
         let of_kind = axes.iter().zip(&numbers).filter(|(_, number)| **number == kind);
         let axes: Vec<DVec3> = of_kind.map(|(axis, _)| *axis).collect();
-        let mut body = turned(&led(design, *place), *turn_deg, &axes);
+        let mut body = posed(&led(design, *place), *pose, &axes);
         if kinds.len() > 1 {
             body.name = format!("{} {}", body.name, kind + 1);
         }
@@ -80,31 +82,44 @@ pub fn whole(design: &Design) -> Result<Vec<Body>> {
     Ok(bodies)
 }
 
-/// A body of packages that are turned by an angle about their `axes`.
-fn turned(body: &Body, turn_deg: f64, axes: &[DVec3]) -> Body {
-    let mut turned = body.clone();
+/// A body of packages that are scaled, and turned about their `axes`.
+fn posed(body: &Body, Pose { turn_deg, scale }: Pose, axes: &[DVec3]) -> Body {
+    let mut posed = body.clone().scaled(scale);
     if turn_deg != 0.0 {
         let rotation = DMat3::from_rotation_z(turn_deg.to_radians());
-        turned.rotation = rotation * body.rotation;
-        turned.places[0] = rotation * body.places[0];
+        posed.rotation = rotation * posed.rotation;
+        posed.places[0] = rotation * posed.places[0];
     }
-    turned.places = axes.iter().map(|axis| *axis + turned.places[0]).collect();
-    turned
+    posed.places = axes.iter().map(|axis| *axis + posed.places[0]).collect();
+    posed
 }
 
 /// The bodies of one package within `error_mm` of their surfaces: the dome with its relief (if it
-/// has one), the LED box, then solids. Those of the array are among them where the package is alone.
+/// has one), the LED box, then solids. It is the package as stated; one that is alone has its turn and
+/// size, and the solids of the array beside it.
 ///
 /// # Errors
 /// If the relief cannot be built, or the chord error is none.
 pub fn bodies(design: &Design, error_mm: f64) -> Result<Vec<Mesh>> {
-    let mut bodies: Vec<Body> = dome(design)?.into_iter().collect();
-    bodies.push(led(design, design.led.place(0)));
-    for stated in design.solids.iter().filter(|stated| is_of_package(design, stated)) {
-        bodies.push(solid(stated)?);
-    }
+    let box_of_led = led(design, design.led.place(0));
+    let bodies = of_package(design, Some(box_of_led))?;
     let meshes = bodies.iter().filter_map(|body| body.mesh(error_mm).transpose());
     meshes.collect()
+}
+
+/// The dome, `more` and the solids of the package of [`bodies`].
+fn of_package(design: &Design, more: Option<Body>) -> Result<Vec<Body>> {
+    let placed = |body: Body| {
+        let alone = design.array.count() == 1;
+        let pose = alone.then(|| design.array.pose(0));
+        pose.map_or_else(|| body.clone(), |pose| posed(&body, pose, &[DVec3::ZERO]))
+    };
+    let mut bodies: Vec<Body> = dome(design)?.into_iter().chain(more).map(placed).collect();
+    for stated in design.solids.iter().filter(|stated| is_of_package(design, stated)) {
+        let body = solid(stated)?;
+        bodies.push(if stated.per() == Per::Package { placed(body) } else { body });
+    }
+    Ok(bodies)
 }
 
 /// Names of the solids and sheets that [`bodies`] leaves out.
@@ -120,17 +135,15 @@ pub fn without_mesh(design: &Design) -> Vec<&str> {
 /// # Errors
 /// If the relief cannot be built.
 pub fn meridians(design: &Design) -> Result<Vec<(String, Meridian)>> {
-    let mut bodies: Vec<Body> = dome(design)?.into_iter().collect();
-    for stated in design.solids.iter().filter(|stated| is_of_package(design, stated)) {
-        bodies.push(solid(stated)?);
-    }
-    let about_axis = bodies.into_iter().filter_map(|Body { name, form, rotation, places }| {
-        let is_upright = rotation == DMat3::IDENTITY && places[0].truncate().length() <= 0.0;
-        match form {
-            Form::Revolved(curve) if is_upright => Some((name, curve.lifted(places[0].z))),
-            _ => None,
-        }
-    });
+    let about_axis = of_package(design, None)?.into_iter().filter_map(
+        |Body { name, form, rotation, places }| {
+            let is_upright = rotation.z_axis == DVec3::Z && places[0].truncate().length() <= 0.0;
+            match form {
+                Form::Revolved(curve) if is_upright => Some((name, curve.lifted(places[0].z))),
+                _ => None,
+            }
+        },
+    );
     Ok(about_axis.collect())
 }
 

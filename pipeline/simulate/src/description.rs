@@ -17,7 +17,7 @@ use design::resolved::solids::CheckedSolid;
 use design::schema::Arrangement;
 use design::schema::prints::Print;
 use design::schema::receivers::ReceiverForm;
-use design::schema::solids::{Per, Prisms, Relief, ReliefCells, ScatterLaw};
+use design::schema::solids::{Per, Prisms, Relief, ReliefCells, ScatterLaw, SolidForm};
 use design::spectrum::lights::Light;
 use metrics::digits::shortest;
 use metrics::illuminance::Symmetry;
@@ -281,9 +281,10 @@ fn array(design: &Design) -> String {
             let packages = count(positions_mm.len(), "package");
             let [x, y] = extent(&layout(design)).map(shortest);
             let turns = if turns_deg.is_empty() { "" } else { ", turns" };
+            let sizes = if array.stated_scales.is_empty() { "" } else { ", sizes" };
             let powers = if array.drives.is_some() { " and powers" } else { "" };
             format!(
-                "{packages} at the positions{turns}{powers} of {file}, {x} x {y} mm between outermost axes"
+                "{packages} at the positions{turns}{sizes}{powers} of {file}, {x} x {y} mm between outermost axes"
             )
         }
         PackagePositions::Grid { columns, rows, arrangement } => {
@@ -296,7 +297,22 @@ fn array(design: &Design) -> String {
     };
     let offset = if array.is_offset() { ", each off its place" } else { "" };
     let turned = if array.has_own_turns() { ", each with a turn of its own" } else { "" };
-    format!("{places}{offset}{turned}")
+    format!("{places}{offset}{turned}{}", scaled(design))
+}
+
+/// Sizes of packages, in words; empty where all are as stated.
+fn scaled(design: &Design) -> String {
+    if !design.array.is_scaled() {
+        return String::new();
+    }
+    let [least, most] = design.array.scale_range().map(shortest);
+    let sizes = if least == most { least } else { format!("{least} to {most}") };
+    let relief = if design.has_relief() {
+        "; their elements scale with them, their bands keep the BSDF of the relief as stated"
+    } else {
+        ""
+    };
+    format!(", packages of {sizes} times the stated size{relief}")
 }
 
 /// Sides of the rectangle between the outermost axes, mm.
@@ -330,8 +346,11 @@ fn solid(solid: &CheckedSolid) -> String {
     if solid.is_film() {
         return film(solid, &made);
     }
-    let surface = solid.form.deviation.map(|deviation| format!(", traced as {deviation}"));
-    let surface = surface.unwrap_or_default();
+    let surface = match (solid.form.deviation, &solid.stated.kind) {
+        (Some(deviation), _) => format!(", traced as {deviation}"),
+        (None, SolidForm::Mesh(mesh)) => smooth(mesh.smooth_deg),
+        _ => String::new(),
+    };
     format!("{}: {kind}{surface}, {made}, {per}{scatter}", solid.name())
 }
 
@@ -481,24 +500,26 @@ fn dome(design: &Design) -> String {
         _ => shortest(2.0 * dome.radius_mm()),
     };
     let form = match dome {
-        Dome::Mesh(mesh) => {
-            let smooth = mesh.smooth_deg.map(|angle| {
-                format!(", smooth where faces turn by up to {} degrees", shortest(angle))
-            });
-            mesh.deviation.map_or_else(
-                || {
-                    let triangles = count(mesh.triangles, "triangle");
-                    format!("mesh of {triangles}{}", smooth.unwrap_or_default())
-                },
-                |deviation| format!("oval surface, traced as {deviation}"),
-            )
-        }
+        Dome::Mesh(mesh) => mesh.deviation.map_or_else(
+            || {
+                let triangles = count(mesh.triangles, "triangle");
+                format!("mesh of {triangles}{}", smooth(mesh.smooth_deg))
+            },
+            |deviation| format!("oval surface, traced as {deviation}"),
+        ),
         Dome::Meridian(curve) => format!("curve of {}", count(curve.pieces.len(), "piece")),
         Dome::Sphere(sphere) => {
             format!("sphere of radius {} mm", shortest(sphere.sphere_radius_mm))
         }
     };
     format!("{form}, {height} mm high, {width} mm wide, {silicone}")
+}
+
+/// Where the normals of a mesh are smooth, in words.
+fn smooth(smooth_deg: Option<f64>) -> String {
+    smooth_deg.map_or(String::new(), |angle| {
+        format!(", smooth where faces turn by up to {} degrees", shortest(angle))
+    })
 }
 
 /// A reflector in words, which may be of metal.

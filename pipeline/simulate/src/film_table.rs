@@ -140,8 +140,9 @@ pub(super) fn body_in_stack(design: &Design, ends_mm: [f64; 2]) -> Option<String
         return Some(format!("solid {:?} stands in, between or against films", solid.name()));
     }
     let mut emitters = design.sources.iter().flat_map(|source| &source.emitters);
+    let scales = design.array.scale_range();
     emitters
-        .any(|emitter| is_in(ends_mm, [emitter.source.position.z; 2]))
+        .any(|emitter| is_in(ends_mm, scales.map(|scale| scale * emitter.source.position.z)))
         .then(|| "a source shines between films".to_owned())
 }
 
@@ -246,7 +247,8 @@ fn top_mm(design: &Design) -> f64 {
     let own = design.dome.as_ref().map_or(0.0, Dome::height_mm).max(design.led.height_mm);
     let of_package = design.solids.iter().filter(|solid| solid.per() == Per::Package);
     let tops = of_package.filter_map(|solid| Some(solid.form.shape(0.0).ok()?.bounds().high.z));
-    tops.fold(own, f64::max)
+    let [_, scale] = design.array.scale_range();
+    scale * tops.fold(own, f64::max)
 }
 
 /// The symmetry of all films together.

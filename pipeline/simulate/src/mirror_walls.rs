@@ -96,18 +96,26 @@ fn changed(design: &Design) -> Vec<String> {
         let key = if is_own { "array.turns_deg" } else { "array.positions_file" };
         say(key, "packages whose image turns the other way");
     }
-    if let Some(drives) = &design.array.drives {
-        let axes = design.array.places_mm();
-        let power_at = |at: [f64; 2]| {
+    let axes = design.array.places_mm();
+    let is_mirrored = |values: &[f64]| {
+        let value_at = |at: [f64; 2]| {
             let place = axes.iter().position(|axis| (0..2).all(|k| (axis[k] - at[k]).abs() < SAME));
-            place.map(|place| drives[place])
+            place.map(|place| values[place])
         };
-        let is_mirrored = axes.iter().zip(drives).all(|([x, y], drive)| {
-            [[-x, *y], [*x, -y]].into_iter().all(|at| power_at(at) == Some(*drive))
-        });
-        if !is_mirrored {
-            say("array.positions_file", "powers that are not their own image");
-        }
+        axes.iter().zip(values).all(|([x, y], value)| {
+            [[-x, *y], [*x, -y]].into_iter().all(|at| value_at(at) == Some(*value))
+        })
+    };
+    if let Some(drives) = &design.array.drives
+        && !is_mirrored(drives)
+    {
+        say("array.positions_file", "powers that are not their own image");
+    }
+    let scales = (0..design.array.count()).map(|package| design.array.scale(package));
+    if design.array.is_scaled() && !is_mirrored(&scales.collect::<Vec<_>>()) {
+        let is_own = design.array.has_own_scales();
+        let key = if is_own { "array.scales" } else { "array.positions_file" };
+        say(key, "packages whose image has another size");
     }
     for print in design.prints.iter().filter(|print| print.symmetry() == Symmetry::None) {
         say(&format!("ink on {}", print.stated.on), "a pattern that is not its own image");
@@ -320,6 +328,16 @@ light = { wavelength_nm = 550.0 }
         assert!(said(&rows).contains("array.arrangement"));
         let turned = CELL.replace("pitch_mm = 5.0", "pitch_mm = 5.0, turns_deg = [10.0]");
         assert!(said(&turned).contains("array.turns_deg (packages whose image"));
+        let of_two = CELL
+            .replace("columns = 1", "columns = 2")
+            .replace("size_mm = [5.0, 5.0]", "size_mm = [10.0, 5.0]");
+        let scaled = |scales: &str| {
+            said(&of_two.replace("pitch_mm = 5.0", &format!("pitch_mm = 5.0, scales = {scales}")))
+        };
+        assert!(
+            scaled("[1.0, 1.2]").contains("array.scales (packages whose image has another size)")
+        );
+        assert_eq!(scaled("[1.2, 1.2]"), "");
     }
 
     #[test]

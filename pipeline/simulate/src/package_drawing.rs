@@ -4,6 +4,7 @@
 use tracer::glam::{DMat3, DVec3};
 
 use design::Design;
+use design::resolved::array::Pose;
 use design::resolved::dome::Dome;
 use design::resolved::led::BoxPlace;
 use design::resolved::solids::CheckedSolid;
@@ -25,24 +26,30 @@ const WALL: &str = "wall";
 pub fn package_drawing(design: &Design, meridian: &Meridian) -> PackageDrawing {
     let (number, at) = middle_package(design);
     let axes_mm = design.array.axes_mm();
-    let radius_mm = 0.5 * design.package_width_mm();
+    let Pose { turn_deg, scale } = design.array.pose(number);
+    let radius_mm = scale * 0.5 * design.package_width_mm();
     let dome_mm = match &design.dome {
-        Some(Dome::Mesh(mesh)) => mesh.section(design.array.turn_deg(number)),
+        Some(Dome::Mesh(mesh)) => mesh.section(turn_deg),
         _ => outline(meridian).into_iter().collect(),
     };
     let [width, depth] = design.led.size_mm;
     PackageDrawing {
-        dome_mm: dome_mm.into_iter().map(rounded_line).collect(),
+        dome_mm: dome_mm.into_iter().map(|line| rounded_line(scaled(line, scale))).collect(),
         dome_index: design.dome.as_ref().map(|_| design.silicone.index),
-        rings: rings(meridian),
+        rings: rings(&meridian.clone().scaled(scale)),
         radius_mm,
-        led_mm: [width, depth, design.led.height_mm],
+        led_mm: [width, depth, design.led.height_mm].map(|length| scale * length),
         led_corners_mm: led_corners(design, number),
         led_offsets_mm: led_offsets(design),
         turns_deg: if design.array.is_turned() {
             (0..axes_mm.len()).map(|package| design.array.turn_deg(package)).collect()
         } else {
             Vec::new()
+        },
+        scales: if design.array.scale_range().map(f64::to_bits) == [scale.to_bits(); 2] {
+            Vec::new()
+        } else {
+            (0..axes_mm.len()).map(|package| design.array.scale(package) / scale).collect()
         },
         mirror_half_mm: match design.mirror.extent {
             Extent::Array => 0.5 * design.array.pitch_mm.along()[0],
@@ -65,24 +72,30 @@ fn pitch_mm(axes_mm: &[[f64; 2]], at: [f64; 2]) -> Option<f64> {
 
 /// Corners of the box of a package, unless it stands level about the axis and is not turned.
 fn led_corners(design: &Design, package: usize) -> Vec<[f64; 3]> {
-    let (place, turn_deg) = (design.led.place(package), design.array.turn_deg(package));
+    let (place, Pose { turn_deg, scale }) = (design.led.place(package), design.array.pose(package));
     if place == BoxPlace::default() && turn_deg == 0.0 {
         return Vec::new();
     }
     let rotation = DMat3::from_rotation_z(turn_deg.to_radians());
     let corners = design.led.at(place).corners(0.0).into_iter();
-    corners.map(|corner| (rotation * corner).to_array().map(rounded)).collect()
+    corners.map(|corner| (scale * (rotation * corner)).to_array().map(rounded)).collect()
 }
 
 /// Solids, sheets and walls about this package, whose axis lies at `at`.
 fn solids(design: &Design, package: usize, [x, y]: [f64; 2]) -> Vec<SolidDrawing> {
     let moved = |stated: &CheckedSolid| {
         let mut stated = stated.clone();
+        let Pose { turn_deg, scale } = design.array.pose(package);
         match stated.per() {
-            Per::Array => stated.form.placement.origin -= DVec3::new(x, y, 0.0),
-            Per::Package => stated.form = stated.form.turned(design.array.turn_deg(package)),
+            Per::Array => {
+                stated.form.placement.origin -= DVec3::new(x, y, 0.0);
+                solid(&stated, 1.0)
+            }
+            Per::Package => {
+                stated.form = stated.form.turned(turn_deg);
+                solid(&stated, scale)
+            }
         }
-        solid(&stated)
     };
     let mut all: Vec<SolidDrawing> = design.solids.iter().map(moved).collect();
     let (Some(housing), Some(half)) = (&design.housing, design.housing_half_mm()) else {
@@ -132,10 +145,11 @@ fn led_offsets(design: &Design) -> Vec<[f64; 2]> {
     packages.map(|package| design.led_offset_mm(package)).collect()
 }
 
-fn solid(solid: &CheckedSolid) -> SolidDrawing {
+/// A solid with all its lengths times `scale`.
+fn solid(solid: &CheckedSolid, scale: f64) -> SolidDrawing {
     let bounds = solid.form.shape(0.0).map(|shape| shape.bounds());
     let bounds_mm = bounds.map_or([[0.0; 3]; 2], |bounds| {
-        [bounds.low, bounds.high].map(|corner| corner.to_array().map(rounded))
+        [bounds.low, bounds.high].map(|corner| (scale * corner).to_array().map(rounded))
     });
     let lines = solid.form.section().into_iter();
     SolidDrawing {
@@ -144,7 +158,7 @@ fn solid(solid: &CheckedSolid) -> SolidDrawing {
         entered: solid.medium.is_some() || solid.stated.shared.scatter.is_some(),
         each: solid.per() == Per::Package,
         bounds_mm,
-        lines_mm: lines.map(|(line, closed)| (rounded_line(line), closed)).collect(),
+        lines_mm: lines.map(|(line, closed)| (rounded_line(scaled(line, scale)), closed)).collect(),
     }
 }
 
@@ -204,6 +218,10 @@ fn outline(meridian: &Meridian) -> Option<Vec<[f64; 2]>> {
     }
     let left: Vec<[f64; 2]> = right.iter().rev().map(|[r, z]| [-r, *z]).collect();
     Some([right, left].concat())
+}
+
+fn scaled(line: Vec<[f64; 2]>, scale: f64) -> Vec<[f64; 2]> {
+    line.into_iter().map(|point| point.map(|along| scale * along)).collect()
 }
 
 fn rounded_line(line: Vec<[f64; 2]>) -> Vec<[f64; 2]> {

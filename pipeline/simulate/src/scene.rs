@@ -168,12 +168,12 @@ pub fn standing(design: &Design, surface: &DomeSurface) -> Result<Standing> {
     solids::standing(design, &packages, &bottom(design, &mirror))
 }
 
-/// The packages of `design`: `prototype` with its box where it stands in each, and their turns.
+/// The packages of `design`: `prototype` with its box where it stands in each, their turns and sizes.
 fn packages(design: &Design, prototype: &Prototype) -> Result<Packages> {
     let (kinds, numbers) = design.package_kinds();
-    let kinds = kinds.into_iter().map(|(place, turn_deg)| {
-        with_led_at(design, prototype, place).map(|kind| (kind, turn_deg))
-    });
+    let kinds = kinds
+        .into_iter()
+        .map(|(place, pose)| with_led_at(design, prototype, place).map(|kind| (kind, pose)));
     Ok(Packages { kinds: kinds.collect::<Result<_>>()?, numbers })
 }
 

@@ -71,7 +71,8 @@ pub fn check(design: &Design) -> Result<()> {
     scatters_at_all_wavelengths(design, &surface)?;
     tables_fit(design)?;
     if let Err(error) = scene.admits(&plane(design)?) {
-        let expected = format!("a plane above the packages that cuts no solid: {error}");
+        let scaled = scaled(design);
+        let expected = format!("a plane above the packages that cuts no solid: {error}{scaled}");
         let got = design.receiver.plane_height_mm.to_string();
         return Err(refused(design, "receiver.plane_height_mm", got, expected).into());
     }
@@ -184,6 +185,8 @@ fn too_wide(design: &Design, error: &Error) -> Option<ConfigError> {
         Some((solid, reach.x.max(reach.y), [span.x, span.y, span.z]))
     });
     let (widest, reach_mm, size) = reached.max_by(|a, b| a.1.total_cmp(&b.1))?;
+    let [_, scale] = design.array.scale_range();
+    let (reach_mm, size) = (scale * reach_mm, size.map(|length| scale * length));
     if 2.0 * reach_mm <= distance_mm {
         return None;
     }
@@ -222,12 +225,12 @@ fn ways_out(design: &Design, [first, second]: [&str; 2], (depth_mm, axis): (f64,
         let inner = half.map(|half| shortest(2.0 * half));
         let needed = around.map_or(String::new(), |around| {
             let reach = around.low.abs().max(around.high.abs());
-            let axes = if solid.is_some_and(|solid| solid.per() == Per::Package) {
-                design.half_extent_mm()
+            let (axes, scale) = if solid.is_some_and(|solid| solid.per() == Per::Package) {
+                (design.half_extent_mm(), design.array.scale_range()[1])
             } else {
-                [0.0; 2]
+                ([0.0; 2], 1.0)
             };
-            let more = (0..2).map(|k| axes[k] + reach[k] - half[k]).fold(0.0, f64::max);
+            let more = (0..2).map(|k| axes[k] + scale * reach[k] - half[k]).fold(0.0, f64::max);
             format!(" by more than {} mm", shortest(more))
         });
         return format!(
@@ -254,25 +257,52 @@ fn ways_out(design: &Design, [first, second]: [&str; 2], (depth_mm, axis): (f64,
     format!("move {solid:?} {move_by}, or change {other}")
 }
 
-/// The error of packages that fit where they are not turned, or neither turned nor off their places.
+/// The keys by which packages have other sizes, in words; empty where they have none.
+fn scaled(design: &Design) -> &'static str {
+    match (design.array.is_scaled(), design.array.has_own_scales()) {
+        (false, _) => "",
+        (true, true) => "; array.scales change the sizes of packages",
+        (true, false) => "; array.positions_file changes the sizes of packages",
+    }
+}
+
+/// True of a design whose scene can be built.
+fn builds(design: &Design) -> bool {
+    dome_surface(design, Model::Geometric, None)
+        .is_ok_and(|surface| scene::build(design, &surface).is_ok())
+}
+
+/// The key and the position of the solid of the array without which the scene can be built: of one that
+/// is opaque the crossing names the package alone.
+fn hidden(design: &Design) -> Option<(String, String)> {
+    let mut of_array = design.solids.iter().filter(|solid| solid.per() == Per::Array);
+    let is_cause = |solid: &&CheckedSolid| {
+        let mut without = design.clone();
+        without.solids.retain(|other| other.name() != solid.name());
+        builds(&without)
+    };
+    of_array.find(is_cause).map(CheckedSolid::place)
+}
+
+/// The error of packages that fit where they have the stated size, where they are not turned, or where
+/// they neither are turned nor stand off their places.
 fn moved(design: &Design, error: &Error) -> Option<ConfigError> {
-    let (Error::Overlap { .. } | Error::IntoWall { .. }) = error else {
-        return None;
-    };
-    let builds = |design: &Design| {
-        dome_surface(design, Model::Geometric, None)
-            .is_ok_and(|surface| scene::build(design, &surface).is_ok())
-    };
     let mut still = design.clone();
-    still.array.turns_deg.clear();
-    let (key, got) = if design.array.has_own_turns() && builds(&still) {
-        ("array.turns_deg", "turned packages")
+    still.array.scales.clear();
+    let (key, got) = if design.array.has_own_scales() && builds(&still) {
+        ("array.scales", "packages of other sizes")
     } else {
-        still.array.offsets_mm.clear();
-        (design.array.is_offset() && builds(&still)).then_some(())?;
-        ("array.offsets_mm", "packages off their places")
+        still.array.turns_deg.clear();
+        if design.array.has_own_turns() && builds(&still) {
+            ("array.turns_deg", "turned packages")
+        } else {
+            still.array.offsets_mm.clear();
+            (design.array.is_offset() && builds(&still)).then_some(())?;
+            ("array.offsets_mm", "packages off their places")
+        }
     };
-    Some(refused(design, key, got, format!("packages that clear each other and walls: {error}")))
+    let expected = format!("packages that clear each other, walls and solids: {error}");
+    Some(refused(design, key, got, expected))
 }
 
 /// The error of a solid that overlaps something else.
@@ -281,7 +311,9 @@ fn misfit(design: &Design, error: &Error) -> Option<ConfigError> {
         return Some(wide);
     }
     let (key, got) = match error {
-        Error::Crossing { first, second, .. } => solid(design, [&**first, second]),
+        Error::Crossing { first, second, .. } => {
+            solid(design, [&**first, second]).or_else(|| hidden(design))
+        }
         Error::Straddles { regions, .. } => solid(design, regions.iter().map(String::as_str)),
         Error::Overlap { .. } | Error::BelowGround { .. } | Error::IntoWall { .. } => {
             // The package without solids was checked with its own keys.
@@ -397,8 +429,14 @@ fn misplaced(design: &Design, error: &Error) -> Option<ConfigError> {
     let number = sources.position(|source| source.name() == source_name)?;
     let stated = &design.sources[number].stated;
     let key = format!("sources[{}].position_mm", number + 1);
-    let got = format!("{:?}", stated.kind.place().unwrap_or_default().0);
-    Some(refused(design, key, got, format!("a place where the source may stand: {error}")))
+    let (place, inside) = stated.kind.place().unwrap_or_default();
+    // It stands in the silicone of a dome unless it says otherwise.
+    let inside = match (inside, &design.dome) {
+        (None, Some(_)) => "; `inside` states another medium around it than silicone",
+        _ => "",
+    };
+    let expected = format!("a place where the source may stand: {error}{inside}");
+    Some(refused(design, key, format!("{place:?}"), expected))
 }
 
 /// The error of a receiver, by its key in the design.
@@ -430,7 +468,8 @@ fn refusal(
             "position_mm",
             place(),
             format!(
-                "a rectangle that cuts nothing, not one through what stands from {low_mm:?} to {high_mm:?} mm"
+                "a rectangle that cuts nothing, not one through what stands from {low_mm:?} to {high_mm:?} mm{}",
+                scaled(design)
             ),
         ),
         Error::ReceiverInFace { surface, apart_mm, .. } => {

@@ -33,6 +33,7 @@ use tracer::{
     Surroundings,
 };
 
+use design::resolved::array::Pose;
 use design::resolved::dome::Dome;
 use design::resolved::solids::{self, CheckedSolid};
 use design::schema::solids::Per;
@@ -73,6 +74,11 @@ struct Placing<'a> {
 impl<'a> Placing<'a> {
     fn new(design: &'a Design, bottom: &'a Bottom) -> Self {
         Self { design, bottom, inset_mm: INSET * extent_mm(design) }
+    }
+
+    /// The same before a package is scaled, after which its faces are drawn in as all others.
+    fn within(&self, pose: Pose) -> Self {
+        Self { inset_mm: self.inset_mm / pose.scale, ..*self }
     }
 }
 
@@ -156,8 +162,8 @@ impl Standing {
 
 /// Packages without the solids of the design.
 pub struct Packages {
-    /// Those that differ, each with its turn about its axis, degrees.
-    pub kinds: Vec<(Prototype, f64)>,
+    /// Those that differ as they are stated, each with its turn and its size.
+    pub kinds: Vec<(Prototype, Pose)>,
     /// The number of the kind of every package, in order.
     pub numbers: Vec<usize>,
 }
@@ -177,7 +183,7 @@ pub fn add(
     let Packages { kinds, numbers } = packages;
     if design.solids.is_empty() {
         let kinds =
-            kinds.iter().map(|(kind, turn)| Ok(scene.prototype(kind.clone().turned(*turn)?)));
+            kinds.iter().map(|(kind, pose)| Ok(scene.prototype(posed(kind.clone(), *pose)?)));
         let kinds: Vec<PrototypeId> = kinds.collect::<Result<_>>()?;
         return Ok(numbers.iter().map(|number| kinds[*number]).collect());
     }
@@ -197,11 +203,11 @@ pub fn add(
         let id = if let Some(id) = known.get(&held) {
             *id
         } else {
-            let (mut body, turn_deg) = kinds[*number].clone();
+            let (mut body, pose) = kinds[*number].clone();
             let outside = outside(holder, &depths);
-            place_solids(&placing, Per::Package, &mut body, Some(outside))?;
+            place_solids(&placing.within(pose), Per::Package, &mut body, Some(outside))?;
             sources_fit(design, holder)?;
-            let id = scene.prototype(body.turned(turn_deg)?);
+            let id = scene.prototype(posed(body, pose)?);
             known.insert(held, id);
             id
         };
@@ -210,12 +216,17 @@ pub fn add(
     Ok(packages)
 }
 
-/// The kinds of packages with their solids, turned as they stand.
-fn outlines(placing: &Placing, kinds: &[(Prototype, f64)]) -> Result<Vec<Prototype>> {
-    let outline = |(kind, turn_deg): &(Prototype, f64)| {
+/// A package as it stands.
+fn posed(package: Prototype, Pose { turn_deg, scale }: Pose) -> Result<Prototype> {
+    Ok(package.scaled(scale)?.turned(turn_deg)?)
+}
+
+/// The kinds of packages with their solids, turned and scaled as they stand.
+fn outlines(placing: &Placing, kinds: &[(Prototype, Pose)]) -> Result<Vec<Prototype>> {
+    let outline = |(kind, pose): &(Prototype, Pose)| {
         let mut outline = kind.clone();
-        place_solids(placing, Per::Package, &mut outline, None)?;
-        Ok(outline.turned(*turn_deg)?)
+        place_solids(&placing.within(*pose), Per::Package, &mut outline, None)?;
+        posed(outline, *pose)
     };
     kinds.iter().map(outline).collect()
 }
@@ -372,7 +383,9 @@ fn extent_mm(design: &Design) -> f64 {
         .solids
         .iter()
         .filter_map(|solid| Some(solid.form.shape(0.0).ok()?.bounds().farthest()));
-    let largest = solids.fold(0.0, f64::max);
+    let [_, scale] = design.array.scale_range();
+    let scale = scale.max(1.0);
+    let largest = scale * solids.fold(0.0, f64::max);
     let half = design.half_extent_mm();
     let inner = design.housing_half_mm().unwrap_or_default();
     let walls = design.housing.as_ref().map_or(0.0, |h| {
@@ -380,7 +393,7 @@ fn extent_mm(design: &Design) -> f64 {
         beyond[0].max(beyond[1]) + h.thickness_mm + h.height_mm
     });
     let package = design.package_width_mm() + design.dome.as_ref().map_or(0.0, Dome::height_mm);
-    half[0].max(half[1]) + design.array.pitch_mm.max() + package + walls + largest
+    half[0].max(half[1]) + design.array.pitch_mm.max() + scale * package + walls + largest
 }
 
 /// The medium around a body.
@@ -623,20 +636,22 @@ fn touched<'a>(
         return Ok(vec![(&bottom.in_dome, Coverage::Whole)]);
     }
     let array = &placing.design.array;
-    let (axes, is_turned) = match solid.per() {
-        Per::Package => (array.axes_mm(), array.is_turned()),
+    let (axes, is_posed) = match solid.per() {
+        Per::Package => (array.axes_mm(), array.is_turned() || array.is_scaled()),
         Per::Array => (vec![[0.0; 2]], false),
     };
     let of_axis = |(package, at): (usize, &[f64; 2])| {
-        let turn_deg = if is_turned { array.turn_deg(package) } else { 0.0 };
-        covered(&solid.form.turned(turn_deg).footprint()?, &bottom.outside, DVec2::from_array(*at))
+        let as_stated = Pose { turn_deg: 0.0, scale: 1.0 };
+        let Pose { turn_deg, scale } = if is_posed { array.pose(package) } else { as_stated };
+        let footprint = solid.form.turned(turn_deg).footprint()?.scaled(scale);
+        covered(&footprint, &bottom.outside, DVec2::from_array(*at))
     };
     let mut all = axes.iter().enumerate().map(of_axis);
     let whole = |covered: &Covered| matches!(covered[..], [(_, Coverage::Whole)]);
     let first = all.next().flatten();
     // Other shares than the whole are those of a package as it is stated.
     let first = first.filter(|first| {
-        axes.len() == 1 && !is_turned
+        axes.len() == 1 && !is_posed
             || (whole(first) && all.all(|other| other.as_ref() == Some(first)))
     });
     let Some(first) = first else {

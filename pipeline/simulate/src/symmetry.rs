@@ -73,6 +73,10 @@ fn parts(design: &Design) -> Vec<(String, Symmetry)> {
         ("walls and mirror".to_owned(), around),
         ("packages of unequal drive".to_owned(), none_if(design.array.drives.is_some())),
         ("turned packages".to_owned(), none_if(design.array.is_turned())),
+        ("packages of unequal size".to_owned(), {
+            let [least, most] = design.array.scale_range();
+            none_if(least < most)
+        }),
         ("a dome by a mesh or two meridians".to_owned(), dome),
         ("a file of [files]".to_owned(), design.files.symmetry()),
     ];
@@ -141,6 +145,10 @@ mod tests {
         let array = "pitch_mm = 5.0";
         let turned = of(&[(array, "pitch_mm = 5.0\nturns_deg = [0, 0, 0, 1]")], "");
         assert_eq!(broken_by(&turned).as_deref(), Some("turned packages"));
+        let scaled = of(&[(array, "pitch_mm = 5.0\nscales = [1, 1, 1, 1.1]")], "");
+        assert_eq!(broken_by(&scaled).as_deref(), Some("packages of unequal size"));
+        let alike = of(&[(array, "pitch_mm = 5.0\nscales = [1.1, 1.1, 1.1, 1.1]")], "");
+        assert_eq!(symmetry(&alike), Symmetry::Square);
         let offsets = "pitch_mm = 5.0\noffsets_mm = [[0, 0], [0, 0], [0, 0], [0, 0.1]]";
         let moved = of(&[(array, offsets)], "");
         assert_eq!(broken_by(&moved).as_deref(), Some("the places of the packages"));

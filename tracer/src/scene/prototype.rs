@@ -72,6 +72,22 @@ impl Prototype {
         Ok(self)
     }
 
+    /// The same with all lengths times `factor` (above 0) about its origin. Media keep what they do
+    /// per length, surfaces what they do to light, and sources their power.
+    ///
+    /// # Errors
+    /// Surfaces that reach to infinity.
+    pub fn scaled(mut self, factor: f64) -> Result<Self, Error> {
+        if factor.to_bits() == 1.0_f64.to_bits() {
+            return Ok(self);
+        }
+        for surface in &mut self.surfaces {
+            surface.shape = surface.shape.scaled(factor)?;
+        }
+        self.sources = self.sources.into_iter().map(|source| source.scaled(factor)).collect();
+        Ok(self)
+    }
+
     /// The region in which a point (mm, in the frame of the body) lies: that of the first surface
     /// seen from there, [`Region::World`] where none is. Two of three directions decide; of a point
     /// in a surface nothing is promised.
@@ -131,6 +147,60 @@ mod tests {
             assert_eq!(ball.holds(point), in_ball, "{point}");
         }
         assert!(met.iter().all(|count| *count > 50), "{met:?}");
+    }
+
+    /// What a point lies in scales with the body, of every shape; the body that is not scaled holds
+    /// other points.
+    #[test]
+    fn a_scaled_body_holds_the_scaled_points() {
+        use crate::shape::{Bend, Element, Meridian};
+        let glass = Region::Body(0);
+        let corners = vec![[0.0, 4.0], [1.5, 3.0], [1.0, 2.0], [0.0, 2.0]];
+        let cone = Meridian::new(&[Element { points: corners }]).expect("a curve");
+        let aside = crate::shape::Placement::at(DVec3::new(2.5, 0.3, 0.4));
+        let cuboid = Shape::cuboid(DVec3::splat(-0.7), DVec3::splat(0.4)).expect("a box");
+        let beside = Shape::placed(vec![cuboid.clone()], crate::shape::Closing::Closed, &aside);
+        let half = Shape::arc([0.0, 1.8], [0.9, 0.9], [0.0, 0.9], Bend::Clockwise);
+        let shapes = [
+            Shape::revolution(&cone),
+            half.expect("a cap"),
+            Shape::cylinder(0.9, 0.6, 0.9).expect("a side"),
+            Shape::frustum([0.9, 0.6], [0.0, 0.6]).expect("a foot"),
+            Shape::sphere(-1.5, 0.7).expect("a ball"),
+            beside.expect("a box"),
+        ];
+        let skin = |shape: Shape| {
+            Surface::new("skin", shape, glass, Region::World, &SurfaceModel::Interface)
+        };
+        let emitter = crate::Emitter::Rectangle { half_x: 0.5, half_y: 1.0 };
+        let body = Prototype {
+            media: vec![crate::Medium::clear("glass", 1.5)],
+            surfaces: shapes.map(skin).into(),
+            sources: vec![Source::new(
+                "top",
+                DVec3::new(2.0, 0.0, 0.7),
+                Region::World,
+                emitter,
+                crate::Emission::LAMBERTIAN,
+            )],
+        };
+        let scaled = body.clone().scaled(1.7).expect("finite");
+        let mut rng = crate::random::stream(10, 0);
+        let mut met = [0; 2];
+        for _ in 0..10_000 {
+            let mut along = || 8.0 * crate::random::unit(&mut rng) - 4.0;
+            let point = DVec3::new(along(), along(), along());
+            assert_eq!(scaled.region_at(1.7 * point), body.region_at(point), "{point}");
+            met[0] += usize::from(body.region_at(point) == glass);
+            met[1] += usize::from(scaled.region_at(point) != body.region_at(point));
+        }
+        assert!(met.iter().all(|count| *count > 50), "{met:?}");
+        let [plain, wide] = [&body, &scaled].map(|of| {
+            let mut rng = crate::random::stream(9, 0);
+            of.sources[0].sample(0.0, &mut rng)
+        });
+        assert!((1.7 * plain.origin - wide.origin).length() < 1e-12);
+        assert_eq!(plain.direction, wide.direction);
     }
 
     /// What a point lies in turns with the body; the body that is not turned holds other points.

@@ -61,6 +61,11 @@ impl Cuboid {
         Ok(Self(Bounds { low, high }))
     }
 
+    /// The same with all coordinates times `factor`.
+    pub(super) fn scaled(&self, factor: f64) -> Result<Self, Error> {
+        Self::new(factor * self.0.low, factor * self.0.high)
+    }
+
     pub(crate) fn patch(primitive: u32) -> u32 {
         match primitive {
             5 => 1,

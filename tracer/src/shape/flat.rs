@@ -62,6 +62,19 @@ impl Plane {
         Ok(Self { point, frame, extent })
     }
 
+    /// The same with all coordinates times `factor`.
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        let mut scaled = *self;
+        scaled.point *= factor;
+        if let Extent::Rectangle { half_u, half_v } | Extent::Split { half_u, half_v } =
+            &mut scaled.extent
+        {
+            *half_u *= factor;
+            *half_v *= factor;
+        }
+        scaled
+    }
+
     pub(super) fn patches(&self) -> usize {
         if matches!(self.extent, Extent::Split { .. }) { 2 } else { 1 }
     }

@@ -271,6 +271,12 @@ impl Frustum {
         [self.nr, self.nz, self.k]
     }
 
+    /// The same with all coordinates times `factor`.
+    pub(super) fn scaled(&self, factor: f64) -> Result<Self, Error> {
+        let [start, end] = self.ends().map(|end| end.map(|along| factor * along));
+        Self::new(start, end)
+    }
+
     /// Both ends, [r, z].
     pub fn ends(&self) -> [[f64; 2]; 2] {
         [self.start, self.end]

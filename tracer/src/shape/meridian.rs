@@ -61,6 +61,17 @@ impl Meridian {
         Ok(Self { frusta, elements: elements.len() })
     }
 
+    /// The meridian of these segments with the numbers of their elements, all coordinates times
+    /// `factor`.
+    pub(super) fn scaled(
+        segments: impl Iterator<Item = (Frustum, u32)>,
+        elements: usize,
+        factor: f64,
+    ) -> Result<Self, Error> {
+        let scaled = segments.map(|(frustum, element)| Ok((frustum.scaled(factor)?, element)));
+        Ok(Self { frusta: scaled.collect::<Result<_, Error>>()?, elements })
+    }
+
     /// Number of elements.
     pub fn elements(&self) -> usize {
         self.elements

@@ -207,6 +207,21 @@ impl Placed {
         Ok(Self { bounds: Bounds::of_points(corners), ..turned })
     }
 
+    /// The same with all coordinates times `factor`.
+    pub(super) fn scaled(&self, factor: f64) -> Result<Self, Error> {
+        let clip = |clip: &Clip| {
+            let reaches_mm = clip.reaches_mm.iter().map(|reach| factor * reach).collect();
+            Ok(Clip { solid: clip.solid.scaled(factor)?, reaches_mm, ..*clip })
+        };
+        Ok(Self {
+            clips: self.clips.iter().map(clip).collect::<Result<_, Error>>()?,
+            scale: factor * self.scale,
+            origin: factor * self.origin,
+            bounds: Bounds { low: factor * self.bounds.low, high: factor * self.bounds.high },
+            ..self.clone()
+        })
+    }
+
     pub(super) fn patches(&self) -> usize {
         if let [member] = &self.members[..] { member.patches() } else { 1 }
     }
@@ -356,7 +371,7 @@ impl Placed {
         let about_axis = self.about_axis();
         let turned: Option<Vec<f64>> = self.members.iter().map(Shape::radius).collect();
         match turned {
-            Some(radii) if about_axis => radii.into_iter().fold(0.0, f64::max),
+            Some(radii) if about_axis => self.scale.x * radii.into_iter().fold(0.0, f64::max),
             _ => {
                 let farthest = self.bounds.low.abs().max(self.bounds.high.abs());
                 farthest.truncate().length()

@@ -14,6 +14,7 @@ use super::frustum::Axial;
 use super::shell::Shell;
 use super::stairs::Stairs;
 use super::{Bounds, Frustum, Intersection, Meridian, Reach, Sides};
+use crate::error::Error;
 use crate::ray::Ray;
 
 /// Padding of bounding volumes relative to their size: far above rounding, far below any relief.
@@ -44,6 +45,13 @@ impl Revolution {
     pub(super) fn closed(&self) -> bool {
         let ends = [self.frusta[0].ends()[0], self.frusta[self.frusta.len() - 1].ends()[1]];
         ends.iter().all(|[r, _]| *r <= 0.0)
+    }
+
+    /// The same with all coordinates times `factor`.
+    pub(super) fn scaled(&self, factor: f64) -> Result<Self, Error> {
+        let patches = self.patch_of_frustum.iter().copied();
+        let segments = self.frusta.iter().copied().zip(patches);
+        Ok(Self::new(&Meridian::scaled(segments, self.patches, factor)?))
     }
 
     /// Prepares the search structure.

@@ -71,6 +71,18 @@ impl Sphere {
         })
     }
 
+    /// The same with all coordinates times `factor`.
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        Self {
+            centre: factor * self.centre,
+            radius: factor * self.radius,
+            per_radius: 1.0 / (factor * self.radius),
+            low: factor * self.low,
+            high: factor * self.high,
+            cuts: self.cuts.iter().map(|cut| factor * cut).collect(),
+        }
+    }
+
     pub(super) fn patches(&self) -> usize {
         self.cuts.len() + 1
     }

@@ -273,6 +273,14 @@ impl Torus {
         points
     }
 
+    /// The same with all coordinates times `factor`.
+    pub(super) fn scaled(&self, factor: f64) -> Result<Self, Error> {
+        let bend = if self.outward > 0.0 { Bend::Clockwise } else { Bend::Counterclockwise };
+        let [start, end, centre] =
+            [self.start, self.end, self.centre].map(|at| at.map(|along| factor * along));
+        Self::new(start, end, centre, bend)
+    }
+
     /// Both ends of the arc, [r, z].
     pub(super) fn ends(&self) -> [[f64; 2]; 2] {
         [self.start, self.end]

@@ -155,6 +155,24 @@ impl Source {
             .lying_along(*rotation * u)
     }
 
+    /// The same with all lengths times `factor` about the origin of its frame.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        self.position *= factor;
+        match &mut self.emitter {
+            Emitter::Point => {}
+            Emitter::Disc { radius } | Emitter::Enclosure { radius } => *radius *= factor,
+            Emitter::Rectangle { half_x, half_y } => {
+                *half_x *= factor;
+                *half_y *= factor;
+            }
+        }
+        if let Emission::Rays(rays) = &self.emission {
+            self.emission = Emission::Rays(rays.scaled(factor).into());
+        }
+        self
+    }
+
     /// The same with another weight.
     #[must_use]
     pub fn weighing(mut self, weight: f64) -> Self {

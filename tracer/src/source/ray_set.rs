@@ -77,6 +77,17 @@ impl RaySet {
         Self { rays, starts, ..self.clone() }
     }
 
+    /// The same rays, which start `factor` times as far from the position of the source.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut scaled = self.clone();
+        for along in scaled.rays.iter_mut().flat_map(|ray| &mut ray[..3]) {
+            *along = (factor * f64::from(*along)) as f32;
+        }
+        scaled.starts = Bounds::of_points(scaled.rays.iter().map(start));
+        scaled
+    }
+
     /// Number of rays.
     pub fn len(&self) -> usize {
         self.rays.len()

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use geometry::profile::SphericalDome;
 
-use super::positions::{MAX_TURN_DEG, Placed};
+use super::positions::{MAX_TURN_DEG, Placed, SCALES};
 use super::{luminescence, positions, scattering};
 use crate::check::{Context, MAX_LENGTH_MM};
 use crate::error::ConfigError;
@@ -206,7 +206,65 @@ pub(crate) fn array(
         at.count("array.columns", raw.columns, 1, MAX_ALONG)?;
         at.count("array.rows", raw.rows, 1, MAX_ALONG)?;
     }
+    let pitches = raw.pitch_mm.along();
+    for pitch_mm in pitches {
+        at.length("array.pitch_mm", pitch_mm)?;
+    }
+    if let (Pitch::Along(pitch), Some(_)) = (raw.pitch_mm, &raw.positions_file) {
+        let expected = "one number beside positions_file, the least distance allowed";
+        return Err(at.value("array.pitch_mm", format!("{pitch:?}"), expected));
+    }
+    for (k, scale) in raw.scales.iter().enumerate() {
+        at.within(&format!("array.scales[{}]", k + 1), *scale, *SCALES.start(), *SCALES.end())?;
+    }
+    let Placed { positions_mm, turns_deg, scales: stated_scales, drives } =
+        match &raw.positions_file {
+            Some(name) => positions::load(raw, name, folder).map_err(|e| at.of_files(&e))?,
+            None => Placed::default(),
+        };
+    let array = Array {
+        positions: match &raw.positions_file {
+            Some(file) => PackagePositions::List { positions_mm, turns_deg, file: file.clone() },
+            None => {
+                let (columns, rows, arrangement) = (raw.columns, raw.rows, raw.arrangement);
+                PackagePositions::Grid { columns, rows, arrangement }
+            }
+        },
+        pitch_mm: raw.pitch_mm,
+        crossing: raw.crossing,
+        drives,
+        offsets_mm: raw.offsets_mm.iter().map(|List(offset)| *offset).collect(),
+        turns_deg: raw.turns_deg.clone(),
+        scales: raw.scales.clone(),
+        stated_scales,
+    };
+    pitches_fit(raw, &array, dome, led, at)?;
+    for (k, List(offset)) in raw.offsets_mm.iter().enumerate() {
+        for v in offset {
+            at.within(&format!("array.offsets_mm[{}]", k + 1), *v, -MAX_LENGTH_MM, MAX_LENGTH_MM)?;
+        }
+    }
+    for (k, turn) in raw.turns_deg.iter().enumerate() {
+        let key = format!("array.turns_deg[{}]", k + 1);
+        at.within(&key, *turn, -MAX_TURN_DEG, MAX_TURN_DEG)?;
+    }
+    at.one_for_each("array.offsets_mm", raw.offsets_mm.len(), array.count())?;
+    at.one_for_each("array.turns_deg", raw.turns_deg.len(), array.count())?;
+    at.one_for_each("array.scales", raw.scales.len(), array.count())?;
+    Ok(array)
+}
+
+/// Refuses pitches at which the smallest packages would overlap; the scene tells of others.
+fn pitches_fit(
+    raw: &schema::Array,
+    array: &Array,
+    dome: Option<&Dome>,
+    led: &Led,
+    at: &Context,
+) -> Result<(), ConfigError> {
     let widths = dome.map_or(led.size_mm, |d| [0, 1].map(|axis| 2.0 * d.reach_mm(axis, 0.0)));
+    let [least_scale, _] = array.scale_range();
+    let widths = widths.map(|width| least_scale * width);
     let pitches = raw.pitch_mm.along();
     let mut is_clear = [0, 1].map(|k| pitches[k] >= widths[k]);
     let is_staggered = raw.arrangement == Arrangement::Hexagonal && raw.rows > 1;
@@ -215,7 +273,6 @@ pub(crate) fn array(
         is_clear[1] = pitches[1] >= least_mm * (1.0 - 1e-9);
     }
     for (k, (pitch_mm, width)) in pitches.into_iter().zip(widths).enumerate() {
-        at.length("array.pitch_mm", pitch_mm)?;
         if !is_clear[k] {
             let rows = if is_staggered && k == 1 {
                 // Rounded up, so that the bound fits.
@@ -224,7 +281,8 @@ pub(crate) fn array(
             } else {
                 String::new()
             };
-            let expected = format!("at least the width of a package, {width} mm{rows}");
+            let smallest = if array.is_scaled() { "the smallest" } else { "a" };
+            let expected = format!("at least the width of {smallest} package, {width} mm{rows}");
             return Err(at.value("array.pitch_mm", pitch_mm, &expected));
         }
         if pitch_mm > MAX_PITCH_MM {
@@ -235,36 +293,5 @@ pub(crate) fn array(
             return Err(at.value("array.pitch_mm", pitch_mm, &expected));
         }
     }
-    if let (Pitch::Along(pitch), Some(_)) = (raw.pitch_mm, &raw.positions_file) {
-        let expected = "one number beside positions_file, the least distance allowed";
-        return Err(at.value("array.pitch_mm", format!("{pitch:?}"), expected));
-    }
-    let (positions, drives) = if let Some(name) = &raw.positions_file {
-        let Placed { positions_mm, turns_deg, drives } =
-            positions::load(raw, name, folder).map_err(|e| at.of_files(&e))?;
-        (PackagePositions::List { positions_mm, turns_deg, file: name.clone() }, drives)
-    } else {
-        let (columns, rows, arrangement) = (raw.columns, raw.rows, raw.arrangement);
-        (PackagePositions::Grid { columns, rows, arrangement }, None)
-    };
-    for (k, List(offset)) in raw.offsets_mm.iter().enumerate() {
-        for v in offset {
-            at.within(&format!("array.offsets_mm[{}]", k + 1), *v, -MAX_LENGTH_MM, MAX_LENGTH_MM)?;
-        }
-    }
-    for (k, turn) in raw.turns_deg.iter().enumerate() {
-        let key = format!("array.turns_deg[{}]", k + 1);
-        at.within(&key, *turn, -MAX_TURN_DEG, MAX_TURN_DEG)?;
-    }
-    let array = Array {
-        positions,
-        pitch_mm: raw.pitch_mm,
-        crossing: raw.crossing,
-        drives,
-        offsets_mm: raw.offsets_mm.iter().map(|List(offset)| *offset).collect(),
-        turns_deg: raw.turns_deg.clone(),
-    };
-    at.one_for_each("array.offsets_mm", raw.offsets_mm.len(), array.count())?;
-    at.one_for_each("array.turns_deg", raw.turns_deg.len(), array.count())?;
-    Ok(array)
+    Ok(())
 }

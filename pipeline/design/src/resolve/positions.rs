@@ -4,6 +4,7 @@
 //! are x and y in mm and, in all lines or in none, the power in any unit. Lines that begin with `#`
 //! are passed over.
 
+use std::ops::RangeInclusive;
 use std::path::Path;
 
 use anyhow::{Context as _, Result, ensure};
@@ -23,8 +24,12 @@ const FARTHEST: f64 = 1e5;
 /// Largest turn of a package, degrees.
 pub(crate) const MAX_TURN_DEG: f64 = 360.0;
 
-/// Names of columns: x and y in mm, the turn about the axis of the package in degrees, the power.
-const NAMES: [&str; 4] = ["x_mm", "y_mm", "turn_deg", "power"];
+/// Allowed sizes of a package over the stated one.
+pub(crate) const SCALES: RangeInclusive<f64> = 0.5..=2.0;
+
+/// Names of columns: x and y in mm, the turn about the axis of the package in degrees, the power, the
+/// size over the stated one.
+const NAMES: [&str; 5] = ["x_mm", "y_mm", "turn_deg", "power", "scale"];
 
 /// Packages as a file states them.
 #[derive(Debug, Default, PartialEq)]
@@ -33,6 +38,8 @@ pub(crate) struct Placed {
     pub(crate) positions_mm: Vec<[f64; 2]>,
     /// Turns, degrees; empty where the file states none.
     pub(crate) turns_deg: Vec<f64>,
+    /// Sizes over the stated one; empty where the file states none.
+    pub(crate) scales: Vec<f64>,
     /// The power of each over the mean of all, where the file states powers that differ.
     pub(crate) drives: Option<Vec<f64>>,
 }
@@ -53,7 +60,7 @@ pub(crate) fn load(array: &schema::Array, name: &str, folder: &Path) -> Result<P
 
 fn parse(text: &str, pitch_mm: f64) -> Result<Placed> {
     let mut columns: Option<Vec<usize>> = None;
-    let mut rows: Vec<([f64; 4], usize)> = Vec::new();
+    let mut rows: Vec<([f64; NAMES.len()], usize)> = Vec::new();
     for (line, number) in text.trim_start_matches('\u{feff}').lines().zip(1..) {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
@@ -83,16 +90,20 @@ fn parse(text: &str, pitch_mm: f64) -> Result<Placed> {
             values.len(),
             NAMES.join(", ")
         );
-        let mut row = [0.0; 4];
+        let mut row = [0.0, 0.0, 0.0, 0.0, 1.0];
         columns.iter().zip(&values).for_each(|(column, value)| row[*column] = *value);
-        let [x, y, turn, power] = row;
+        let [x, y, turn, power, scale] = row;
         ensure!(
             x.abs() <= FARTHEST
                 && y.abs() <= FARTHEST
                 && turn.abs() <= MAX_TURN_DEG
-                && (0.0..=MAX_POWER).contains(&power),
+                && (0.0..=MAX_POWER).contains(&power)
+                && SCALES.contains(&scale),
             "line {number}: expected {names}: places at most {FARTHEST} mm from 0, a turn from \
-             -{MAX_TURN_DEG} to {MAX_TURN_DEG}, a power from 0 to {MAX_POWER:e}, got {values:?}"
+             -{MAX_TURN_DEG} to {MAX_TURN_DEG}, a power from 0 to {MAX_POWER:e}, a scale from {} to \
+             {}, got {values:?}",
+            SCALES.start(),
+            SCALES.end()
         );
         rows.push((row, number));
     }
@@ -101,18 +112,19 @@ fn parse(text: &str, pitch_mm: f64) -> Result<Placed> {
         "expected 1 to {MAX_POSITIONS} positions, got {}",
         rows.len()
     );
-    let place = |row: &[f64; 4]| [row[0], row[1]];
+    let place = |row: &[f64; NAMES.len()]| [row[0], row[1]];
     apart(&rows.iter().map(|(row, line)| (place(row), *line)).collect::<Vec<_>>(), pitch_mm)?;
     let column = |column: usize| {
         let is_stated = columns.as_ref().is_some_and(|columns| columns.contains(&column));
         rows.iter().filter(|_| is_stated).map(|(row, _)| row[column]).collect::<Vec<f64>>()
     };
-    let (turns_deg, powers) = (column(2), column(3));
+    let (turns_deg, powers, scales) = (column(2), column(3), column(4));
     let mean = powers.iter().sum::<f64>() / rows.len() as f64;
     ensure!(powers.is_empty() || mean > 0.0, "expected a power above 0, got 0 in all lines");
     let is_even = powers.iter().all(|power| power.to_bits() == powers[0].to_bits());
     let drives = (!is_even).then(|| powers.iter().map(|power| power / mean).collect());
-    Ok(Placed { positions_mm: rows.iter().map(|(row, _)| place(row)).collect(), turns_deg, drives })
+    let positions_mm = rows.iter().map(|(row, _)| place(row)).collect();
+    Ok(Placed { positions_mm, turns_deg, scales, drives })
 }
 
 /// The numbers of the columns of these names.
@@ -124,10 +136,10 @@ fn named(words: &[&str]) -> Result<Vec<usize>> {
         once && [0, 1].iter().all(|place| columns.contains(place))
     });
     columns.with_context(|| {
-        let [x, y, turn, power] = NAMES;
+        let [x, y, turn, power, scale] = NAMES;
         format!(
-            "expected numbers, or names of columns, each once: {x}, {y} and perhaps {turn} and \
-             {power}, got `{}`",
+            "expected numbers, or names of columns, each once: {x}, {y} and perhaps {turn}, {power} \
+             and {scale}, got `{}`",
             words.join(" ")
         )
     })
@@ -175,9 +187,10 @@ mod tests {
         // Named columns come in any order.
         let all = parse("turn_deg power y_mm x_mm\n45 3 1 0\n-30 1 0 9\n", 8.0).expect("named");
         let positions_mm = vec![[0.0, 1.0], [9.0, 0.0]];
-        let expected =
-            Placed { positions_mm, turns_deg: vec![45.0, -30.0], drives: Some(vec![1.5, 0.5]) };
-        assert_eq!(all, expected);
+        let (turns_deg, drives) = (vec![45.0, -30.0], Some(vec![1.5, 0.5]));
+        assert_eq!(all, Placed { positions_mm, turns_deg, scales: Vec::new(), drives });
+        let scaled = parse("scale x_mm y_mm\n0.5 0 3\n2 9 0\n", 8.0).expect("no power");
+        assert_eq!((scaled.scales, scaled.drives), (vec![0.5, 2.0], None));
         let turned = parse("x_mm y_mm turn_deg\n0 0 3\n", 8.0).expect("no power");
         assert_eq!((turned.turns_deg, turned.drives), (vec![3.0], None));
     }
@@ -200,9 +213,12 @@ mod tests {
             ("0 0 0\n9 9 0", "a power above 0"),
             ("x_mm y_mm tilt\n0 0 1", "line 1: expected numbers, or names of columns"),
             ("x_mm x_mm y_mm\n0 0 1", "each once"),
-            ("x_mm power\n0 1", "x_mm, y_mm and perhaps turn_deg and power"),
+            ("x_mm power\n0 1", "x_mm, y_mm and perhaps turn_deg, power and scale"),
             ("x_mm y_mm turn_deg\n0 0", "line 2: expected 3 numbers"),
             ("x_mm y_mm turn_deg\n0 0 361", "line 2: expected x_mm, y_mm, turn_deg"),
+            ("x_mm y_mm scale\n0 0 0", "a scale from 0.5 to 2, got [0.0, 0.0, 0.0]"),
+            ("x_mm y_mm scale\n0 0 nan", "line 2: expected x_mm, y_mm, scale"),
+            ("x_mm y_mm scale scale\n0 0 1 1", "each once"),
             ("x_mm y_mm\ny_mm x_mm\n0 0", "line 2: expected numbers, got `y_mm x_mm`"),
         ] {
             let error = format!("{:#}", parse(text, 8.0).expect_err(text));

@@ -101,7 +101,14 @@ impl Scope<'_> {
     ) -> Result<Vec<Part>, ConfigError> {
         let path = folder.join(&raw.file);
         let unusable = |error: anyhow::Error| {
-            let expected = format!("a far field or a file of rays: {error:#}");
+            let is_table =
+                path.extension().is_some_and(|ending| ending == "csv" || ending == "txt");
+            let table = if is_table {
+                "; columns of angle and intensity take kind = \"table\""
+            } else {
+                ""
+            };
+            let expected = format!("a far field or a file of rays: {error:#}{table}");
             let got = format!("{:?}", raw.file);
             self.at.value("file", got, &expected)
         };

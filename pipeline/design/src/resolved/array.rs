@@ -25,6 +25,21 @@ pub struct Array {
     /// Turn of each package beside that of its file, likewise, degrees; empty for nothing.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub turns_deg: Vec<f64>,
+    /// Size of each package over that of its file, likewise; empty for 1.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub scales: Vec<f64>,
+    /// Size over that of the stated package, as the file of positions states it; empty for 1.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stated_scales: Vec<f64>,
+}
+
+/// Turn of a package about its axis, and its size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pose {
+    /// Counterclockwise as seen from above, degrees.
+    pub turn_deg: f64,
+    /// All its lengths over those of the package as stated.
+    pub scale: f64,
 }
 
 /// Places of packages.
@@ -115,6 +130,34 @@ impl Array {
     /// True if a package is turned.
     pub fn is_turned(&self) -> bool {
         (0..self.count()).any(|package| self.turn_deg(package) != 0.0)
+    }
+
+    /// All lengths of a package over those of the package as stated.
+    pub fn scale(&self, package: usize) -> f64 {
+        let scales = [&self.stated_scales, &self.scales];
+        scales.into_iter().filter_map(|scales| scales.get(package)).product()
+    }
+
+    /// Turn and size of a package.
+    pub fn pose(&self, package: usize) -> Pose {
+        Pose { turn_deg: self.turn_deg(package), scale: self.scale(package) }
+    }
+
+    /// The least and the largest size of a package over the stated one.
+    pub fn scale_range(&self) -> [f64; 2] {
+        let scales = (0..self.count()).map(|package| self.scale(package));
+        scales
+            .fold([f64::INFINITY, 0.0], |[least, most], scale| [least.min(scale), most.max(scale)])
+    }
+
+    /// True if a package has another size than the stated one.
+    pub fn is_scaled(&self) -> bool {
+        self.scale_range().map(f64::to_bits) != [1.0_f64.to_bits(); 2]
+    }
+
+    /// True if a package has a size beside that of its file.
+    pub fn has_own_scales(&self) -> bool {
+        self.scales.iter().any(|scale| scale.to_bits() != 1.0_f64.to_bits())
     }
 
     /// Where the axes of the packages stand, (x, y) in mm, row after row.

@@ -45,6 +45,22 @@ impl TurnedRectangle {
 }
 
 impl Footprint {
+    /// The same with all lengths times `factor`.
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        match &mut self {
+            Self::Rectangle(TurnedRectangle { centre, half, .. }) => {
+                *centre *= factor;
+                *half *= factor;
+            }
+            Self::Rings { centre, rings } => {
+                *centre *= factor;
+                rings.iter_mut().flatten().for_each(|radius| *radius *= factor);
+            }
+        }
+        self
+    }
+
     /// Middle and half lengths of the box around it, mm.
     pub fn bounding_box(&self) -> [DVec2; 2] {
         match self {

@@ -26,7 +26,7 @@ pub mod trace_key;
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
-use array::Array;
+use array::{Array, Pose};
 use at_wavelength::LitSources;
 use dome::Dome;
 use films::Films;
@@ -240,16 +240,17 @@ impl Design {
         rings(&self.elements, &self.hybrid)
     }
 
-    /// Every place of a box in its package with the turn of the package once, and the number of that
-    /// of each package.
-    pub fn package_kinds(&self) -> (Vec<(BoxPlace, f64)>, Vec<usize>) {
-        let mut kinds: Vec<(BoxPlace, f64)> = Vec::new();
-        let mut known: HashMap<[u64; 5], usize> = HashMap::new();
+    /// Every place of a box in its package with the turn and the scale of the package once, and the
+    /// number of that of each package.
+    pub fn package_kinds(&self) -> (Vec<(BoxPlace, Pose)>, Vec<usize>) {
+        let mut kinds: Vec<(BoxPlace, Pose)> = Vec::new();
+        let mut known: HashMap<[u64; 6], usize> = HashMap::new();
         let number = |package: usize| {
-            let (place, turn) = (self.led.place(package), self.array.turn_deg(package));
+            let (place, pose) = (self.led.place(package), self.array.pose(package));
             let ([a, b], [c, d]) = (place.offset_mm, place.tilt_deg);
-            *known.entry([a, b, c, d, turn].map(f64::to_bits)).or_insert_with(|| {
-                kinds.push((place, turn));
+            let key = [a, b, c, d, pose.turn_deg, pose.scale].map(f64::to_bits);
+            *known.entry(key).or_insert_with(|| {
+                kinds.push((place, pose));
                 kinds.len() - 1
             })
         };
@@ -259,7 +260,8 @@ impl Design {
 
     /// From the axis of a package to the centre of the foot of its box, along x and y of the array, mm.
     pub fn led_offset_mm(&self, package: usize) -> [f64; 2] {
-        let [x, y] = self.led.place(package).offset_mm;
+        let scale = self.array.scale(package);
+        let [x, y] = self.led.place(package).offset_mm.map(|along| scale * along);
         let (sin, cos) = self.array.turn_deg(package).to_radians().sin_cos();
         [cos * x - sin * y, sin * x + cos * y]
     }
@@ -342,16 +344,19 @@ impl<'a> Packages<'a> {
     }
 
     /// Farthest reach of a package from its axis along x (`axis` 0) or y, mm, and the body that
-    /// reaches so far, in the turns that the file of the packages states. A box off the axis counts
-    /// as one on it, so that walls stand still where boxes and packages are placed with deviations.
+    /// reaches so far, in the turns and sizes that the file of the packages states. A box off the axis
+    /// counts as one on it, so that walls stand still where boxes and packages are placed with
+    /// deviations.
     pub fn outermost(&self, axis: usize) -> (f64, &'a str) {
-        let mut turns = self.array.stated_turns_deg().to_vec();
-        turns.sort_by(f64::total_cmp);
-        turns.dedup();
-        if turns.is_empty() {
-            turns.push(0.0);
-        }
-        let of_turn = |degrees: f64| {
+        let Array { stated_scales, .. } = &self.array;
+        let poses = (0..self.array.count()).map(|package| {
+            let turn = self.array.stated_turns_deg().get(package).copied().unwrap_or(0.0);
+            [turn, stated_scales.get(package).copied().unwrap_or(1.0)]
+        });
+        let mut poses: Vec<[f64; 2]> = poses.collect();
+        poses.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+        poses.dedup();
+        let of_pose = |[degrees, scale]: [f64; 2]| {
             let (sin, cos) = degrees.to_radians().sin_cos();
             let [along, across] = [self.led.size_mm[axis], self.led.size_mm[1 - axis]];
             let own = match self.dome {
@@ -363,9 +368,9 @@ impl<'a> Packages<'a> {
                 let around = solid.form.turned(degrees).shape(0.0).ok()?.bounds();
                 Some((around.low[axis].abs().max(around.high[axis].abs()), solid.name()))
             });
-            [own].into_iter().chain(reaches)
+            [own].into_iter().chain(reaches).map(move |(far, body)| (scale * far, body))
         };
-        let all = turns.into_iter().flat_map(of_turn);
+        let all = poses.into_iter().flat_map(of_pose);
         all.fold((0.0, ""), |far, other| if other.0 > far.0 { other } else { far })
     }
 }
@@ -392,7 +397,7 @@ impl Design {
         (lumens > 0.0).then_some(lumens)
     }
 
-    /// Overall width of a package, mm.
+    /// Overall width of a package as stated, mm.
     pub fn package_width_mm(&self) -> f64 {
         match &self.dome {
             Some(dome) => 2.0 * dome.radius_mm(),

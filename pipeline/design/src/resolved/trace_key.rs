@@ -257,7 +257,16 @@ fn led_fields(led: &Led) -> Value {
 
 /// Packages at full drive have the fields of designs that cannot say otherwise.
 fn array_fields(array: &Array) -> Value {
-    let Array { positions, pitch_mm, crossing, drives, offsets_mm, turns_deg: _ } = array;
+    let Array {
+        positions,
+        pitch_mm,
+        crossing,
+        drives,
+        offsets_mm,
+        turns_deg: _,
+        scales: _,
+        stated_scales: _,
+    } = array;
     let positions = match positions {
         PackagePositions::Grid { columns, rows, arrangement } => {
             json!({"columns": columns, "rows": rows, "arrangement": arrangement})
@@ -274,6 +283,10 @@ fn array_fields(array: &Array) -> Value {
     if array.is_turned() {
         let turns = (0..array.count()).map(|package| array.turn_deg(package));
         fields["turns_deg"] = json!(turns.collect::<Vec<f64>>());
+    }
+    if array.is_scaled() {
+        let scales = (0..array.count()).map(|package| array.scale(package));
+        fields["scales"] = json!(scales.collect::<Vec<f64>>());
     }
     fields
 }
@@ -361,7 +374,7 @@ mod tests {
         let base = of(|_| {}, all);
         let tolerance: Change = |d| d.hybrid.tolerance = 1e-3;
         let wavelength: Change = |d| d.wavelength_nm = 551.0;
-        let traced: [Change; 18] = [
+        let traced: [Change; 20] = [
             |d| d.led.height_mm = 0.3,
             |d| d.elements.rounding.tip_mm = 1e-3,
             |d| d.elements.rounding.valley_mm = 1e-3,
@@ -373,6 +386,8 @@ mod tests {
             |d| d.array.positions = PackagePositions::SINGLE,
             |d| d.array.offsets_mm = vec![[0.01, 0.0]; 4],
             |d| d.array.turns_deg = vec![1.0; 4],
+            |d| d.array.scales = vec![1.0, 1.0, 1.0, 1.1],
+            |d| d.array.stated_scales = vec![1.1; 4],
             |d| d.array.drives = Some(vec![1.0, 0.5, 1.0, 0.0]),
             tolerance,
             wavelength,
@@ -389,6 +404,9 @@ mod tests {
         let zeros: Change =
             |d| (d.array.offsets_mm, d.array.turns_deg) = (vec![[0.0; 2]; 4], vec![0.0; 4]);
         assert_eq!(of(zeros, all), base);
+        let ones: Change =
+            |d| (d.array.scales, d.array.stated_scales) = (vec![0.5; 4], vec![2.0; 4]);
+        assert_eq!(of(ones, all), base);
         let changed = of(|d| d.far_field.centre_deg = 7.5, all);
         assert!(changed.0 == base.0 && changed.1 != base.1);
         // Rays on the elements know neither tables nor, without films, the wavelength.

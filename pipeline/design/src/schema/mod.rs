@@ -248,7 +248,7 @@ pub struct Array {
     /// a line, mm, within 100 000, and the power of the package in any unit, which shares out the
     /// power of all; commas, semicolons or spaces between numbers, `#` for comments. A first line of
     /// names states columns in any order: `x_mm`, `y_mm`, `turn_deg` (about the axis of the package,
-    /// -360 to 360, counterclockwise as seen from above, from x to y), `power`.
+    /// -360 to 360, counterclockwise as seen from above, from x to y), `power`, `scale` (0.5 to 2).
     pub positions_file: Option<String>,
     /// Rows [x, y] by which packages stand off their places, with all that is in them, mm: one a
     /// package, row after row from the lowest y, along x; of a file its lines. Board, ink and walls
@@ -260,6 +260,11 @@ pub struct Array {
     /// `distance_mm` do not follow them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub turns_deg: Vec<f64>,
+    /// Size of each package, in the same order, times that of the file: all of its lengths about the
+    /// foot of its axis times 0.5 to 2, its power as before. For deviations: walls by `distance_mm` do
+    /// not follow them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub scales: Vec<f64>,
     /// False: each package is traced without the others, on the mirror of the whole array, and the
     /// light is added up.
     #[serde(default = "yes")]

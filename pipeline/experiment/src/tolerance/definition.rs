@@ -29,12 +29,13 @@ const SAMPLES: usize = 200;
 /// Samples of use: fewer give no quantile, more no news.
 const ALLOWED: std::ops::RangeInclusive<usize> = 8..=100_000;
 
-/// Lists with an entry for each package; true of those whose entries are pairs.
-const PACKAGE_LISTS: [(&str, bool); 4] = [
-    ("array.offsets_mm", true),
-    ("array.turns_deg", false),
-    ("led.offsets_mm", true),
-    ("led.tilts_deg", true),
+/// Lists with an entry for each package, and the entry that changes nothing: a number or a pair.
+const PACKAGE_LISTS: [(&str, &[f64]); 5] = [
+    ("array.offsets_mm", &[0.0; 2]),
+    ("array.turns_deg", &[0.0]),
+    ("array.scales", &[1.0]),
+    ("led.offsets_mm", &[0.0; 2]),
+    ("led.tilts_deg", &[0.0; 2]),
 ];
 
 /// A checked tolerance analysis.
@@ -101,7 +102,8 @@ pub fn load(path: &Path, texts: &Texts, overrides: Overrides) -> Result<Toleranc
     CheckedFile::load(path, texts, |file| check(file, overrides))
 }
 
-/// `source` with entries of 0 in the lists of packages that deviate and that it does not state.
+/// `source` with entries that change nothing in the lists of packages that deviate and that it does
+/// not state.
 fn with_package_lists(
     source: DesignFile,
     tolerances: &[ToleranceKeys],
@@ -109,14 +111,24 @@ fn with_package_lists(
 ) -> Result<DesignFile> {
     let keys = tolerances.iter().flat_map(|of| of.key.iter().chain(of.keys.iter().flatten()));
     let keys: Vec<String> = keys.map(|key| numbered(&source.table, key)).collect();
+    for (list, neutral) in PACKAGE_LISTS {
+        ensure!(
+            !keys.iter().any(|key| key == list),
+            "tolerances: {list}: expected entries of it, as in {list}{}",
+            "[*]".repeat(neutral.len())
+        );
+    }
     let is_wanted = |list: &str| {
         let begins = |key: &String| key.strip_prefix(list).is_some_and(|key| key.starts_with('['));
         keys.iter().any(begins) && dotted_keys::get(&source.table, list).is_none()
     };
-    let zero = |is_pair| if is_pair { vec![0.0; 2].into() } else { Value::Float(0.0) };
+    let entry = |neutral: &[f64]| match neutral {
+        [number] => Value::Float(*number),
+        pair => pair.to_vec().into(),
+    };
     let lists = PACKAGE_LISTS.into_iter().filter(|(list, _)| is_wanted(list));
     let lists =
-        lists.map(|(list, is_pair)| (list.to_owned(), vec![zero(is_pair); packages].into()));
+        lists.map(|(list, neutral)| (list.to_owned(), vec![entry(neutral); packages].into()));
     let table = source.table_with(&lists.collect())?;
     Ok(DesignFile::new(source.path, table))
 }

@@ -219,9 +219,7 @@ impl Deviations {
                         None if formulas::number_at(&source.table, key).is_some() => bail!(
                             "{key}: expected a list of formulas in the design, got one for all entries"
                         ),
-                        None => nominal.with_context(|| {
-                            format!("{key}: expected `nominal`, as the design does not state it")
-                        })?,
+                        None => nominal.with_context(|| absent(&source.table, key))?,
                     };
                     let unit = if is_share { before } else { 1.0 };
                     settings.insert(key.clone(), Value::Float(before + unit * offset.value));
@@ -243,6 +241,19 @@ impl Deviations {
             settings.insert("elements.shapes".to_owned(), slopes.shapes());
         }
         Ok(settings)
+    }
+}
+
+/// What is expected of a key that `design` does not state.
+fn absent(design: &toml::Table, key: &str) -> String {
+    let entry = key.strip_suffix(']').and_then(|key| key.rsplit_once('['));
+    let list = entry.and_then(|(list, _)| dotted_keys::get(design, list)?.as_array());
+    match (entry, list) {
+        (Some((list, number)), Some(entries)) => {
+            let last = entries.len();
+            format!("{key}: expected an entry of {list} from 1 to {last}, got {number}")
+        }
+        _ => format!("{key}: expected `nominal`, as the design does not state it"),
     }
 }
 

@@ -152,10 +152,11 @@ pub(super) fn leds(package: &PackageFile) -> Vec<LedOutline> {
     let offsets = package.drawing.led_offsets_mm.iter().copied();
     let offsets = offsets.chain(std::iter::repeat([0.0; 2]));
     let turns = package.drawing.turns_deg.iter().copied().chain(std::iter::repeat(0.0));
-    let axes = package.drawing.axes_mm.iter().zip(offsets).zip(turns);
-    axes.map(|((axis, offset), turn_deg)| LedOutline {
+    let scales = package.drawing.scales.iter().copied().chain(std::iter::repeat(1.0));
+    let axes = package.drawing.axes_mm.iter().zip(offsets).zip(turns).zip(scales);
+    axes.map(|(((axis, offset), turn_deg), scale)| LedOutline {
         centre: [0, 1].map(|k| axis[k] + offset[k]),
-        size: [width, depth],
+        size: [width, depth].map(|length| scale * length),
         turn_deg,
     })
     .collect()

@@ -58,14 +58,19 @@ pub fn scene(
     let top = drawing.dome_mm.iter().flatten().map(|[_, z]| *z);
     let top = drawing.led_corners().map(|[.., z]| z).into_iter().chain(top).fold(0.0, f64::max);
     let reach = drawing.radius_mm;
-    let boxed = |[x, y]: [f64; 2]| {
+    let sized = |[x, y]: [f64; 2]| {
+        let [_, size] = drawing.turn_and_scale([x, y]);
+        [x, y, size]
+    };
+    let boxed = |[x, y, size]: [f64; 3]| {
+        let [reach, top] = [size * reach, size * top];
         let bounds = [[x - reach, y - reach, 0.0], [x + reach, y + reach, top]];
         json!({"name": "package", "bounds": bounds})
     };
     // Of domes without rings; those of others are drawn by their rings.
     let is_boxed = drawing.rings.is_empty();
-    let others = drawing.neighbours(radius + reach).filter(|_| is_boxed).map(boxed);
-    let neighbours: Vec<[f64; 2]> = drawing.neighbours(radius + reach).collect();
+    let neighbours: Vec<[f64; 3]> = drawing.neighbours(radius + reach).map(sized).collect();
+    let others = neighbours.iter().copied().filter(|_| is_boxed).map(boxed);
     let number = |place: Option<usize>| place.map_or(-1, |place| place as i64);
     json!({
         "radius": radius,

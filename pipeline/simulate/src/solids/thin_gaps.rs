@@ -12,6 +12,7 @@ use tracer::{Region, Shape};
 
 use design::ConfigError;
 use design::Design;
+use design::resolved::array::Pose;
 use design::resolved::solids::{self, CheckedSolid, LEAST_MM};
 use design::schema::solids::Per;
 use metrics::digits::shortest;
@@ -41,7 +42,9 @@ pub fn check_gaps(design: &Design, package: &Prototype, bottom: &Bottom) -> Resu
         for gap in narrow_gaps(&own, &objects, &nest, &joined, &body, LEAST_MM) {
             let [first, second] = &gap.names;
             if let Some(solid) = own.iter().find(|solid| solid.name() == second) {
-                refuse(design, solid, &format!("{first:?}"), Some(gap.width_mm))?;
+                let [least, _] = design.array.scale_range();
+                let scale = if per == Per::Package { least } else { 1.0 };
+                refuse(design, solid, &format!("{first:?}"), Some(scale * gap.width_mm))?;
             }
         }
     }
@@ -89,7 +92,7 @@ fn beside_housing(design: &Design, solid: &CheckedSolid, shape: &Shape) -> Resul
         Per::Package => design.array.axes_mm(),
     };
     for (package, at) in axes.into_iter().enumerate() {
-        let Bounds { low, high } = turned_in(design, solid, package, shape)?.bounds();
+        let Bounds { low, high } = posed_in(design, solid, package, shape)?.bounds();
         for (axis, half) in half.into_iter().flatten().enumerate() {
             for beyond in [half - high[axis] - at[axis], half + low[axis] + at[axis]] {
                 refuse(design, solid, "the walls of the housing", Some(beyond))?;
@@ -99,16 +102,17 @@ fn beside_housing(design: &Design, solid: &CheckedSolid, shape: &Shape) -> Resul
     Ok(())
 }
 
-/// The shape of a solid, turned as its package is.
-fn turned_in(
+/// The shape of a solid, turned and scaled as its package is.
+fn posed_in(
     design: &Design,
     solid: &CheckedSolid,
     package: usize,
     shape: &Shape,
 ) -> Result<Shape, tracer::Error> {
-    match (solid.per(), design.array.turn_deg(package)) {
-        (Per::Package, turn_deg) if turn_deg != 0.0 => solid.form.turned(turn_deg).shape(0.0),
-        _ => Ok(shape.clone()),
+    let Pose { turn_deg, scale } = design.array.pose(package);
+    match solid.per() {
+        Per::Package => solid.form.turned(turn_deg).shape(0.0)?.scaled(scale),
+        Per::Array => Ok(shape.clone()),
     }
 }
 
@@ -159,11 +163,11 @@ fn beside_package(
         let mut is_told = false;
         for (package, [x, y]) in axes.iter().enumerate() {
             let at = DVec3::new(*x, *y, 0.0);
-            let turn = design.array.turn_deg(package).to_radians();
-            let is_turned = is_array && turn != 0.0;
-            let turned = is_turned.then(|| body.turned(&DMat3::from_rotation_z(turn)));
-            let turned = turned.transpose()?;
-            let body = turned.as_ref().unwrap_or(body);
+            let Pose { turn_deg, scale } = design.array.pose(package);
+            let is_posed = is_array && (turn_deg != 0.0 || design.array.is_scaled());
+            let rotation = DMat3::from_rotation_z(turn_deg.to_radians());
+            let posed = is_posed.then(|| body.turned(&rotation)?.scaled(scale)).transpose()?;
+            let body = posed.as_ref().unwrap_or(body);
             let bounds = body.bounds().moved(at);
             let wide = bounds.padded(LEAST_MM);
             let is_held = (0..2).all(|k| low[k] <= wide.low[k] && wide.high[k] <= high[k]);

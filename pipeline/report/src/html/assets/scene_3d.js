@@ -84,7 +84,7 @@ function sceneView(canvas, labels, fates, clicked = () => {}) {
       rings: s.rings.map((line) => view.mesh("triangles", ...revolved(line))),
       creases: view.mesh("lines", s.rings.flatMap((line) => circle(...line[line.length - 1]))),
       // Packages beside this one, at which paths end.
-      neighbours: view.mesh("lines", s.neighbours.flatMap(([x, y]) => s.rings.flatMap((line) => moved(circle(...line[line.length - 1], 48), x, y)))),
+      neighbours: view.mesh("lines", s.neighbours.flatMap(([x, y, size]) => s.rings.flatMap((line) => moved(circle(...line[line.length - 1].map((along) => size * along), 48), x, y)))),
       axes: view.mesh("lines", [0, 1, 2].flatMap((k) => [0, 0, 0, ...axisEnd(s, k)])),
       solids: view.mesh("lines", s.solids.flatMap((solid) => edges(held(solid.bounds)))),
       plane: view.mesh("lines", [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]].slice(0, 4).flatMap(([x, y], k, all) => [
