@@ -105,3 +105,8 @@ pub use shape::{Meridian, Shape};
 pub use source::{Distribution, Emission, Emitter, RayRecord, RaySet, Source};
 pub use statistics::{Estimate, jackknife};
 pub use surface::{LayeredMirror, Mixed, Patch, Printed, Region, Surface, SurfaceModel};
+
+/// The first program of `README.md`, as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
