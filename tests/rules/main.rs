@@ -5,3 +5,4 @@ mod altered_files;
 mod crate_borders;
 mod import_cycles;
 mod recipes;
+mod validation_report;
