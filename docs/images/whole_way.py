@@ -53,7 +53,7 @@ name = "display"
 kind = "luminance"
 position_mm = [0.0, 0.0, 7.0]
 size_mm = [49.8, 33.2]
-bins = [48, 32]
+bins = [30, 20]
 theta_bin_deg = 20.0
 theta_max_deg = 20.0
 phi_bin_deg = 360.0
@@ -76,7 +76,7 @@ def compute(batwing, work):
         if not (work / model).exists():
             run("run", "package.toml", "--model", model, "--paths", "8388608", "--out", model)
     if not (work / "panel").exists():
-        run("run", "panel.toml", "--model", "geometric", "--paths", "4194304", "--out", "panel")
+        run("run", "panel.toml", "--model", "geometric", "--paths", "1048576", "--out", "panel")
     run("rays", "package.toml", "--model", "geometric", "--count", "90", "--out", "rays")
 
 
