@@ -53,7 +53,7 @@
 //! `docs/explanation/conventions.md` has the axes, units and signs.
 
 mod batch;
-pub mod checkpoint;
+mod checkpoint;
 mod conversion;
 pub mod error;
 mod film_stack;
