@@ -54,7 +54,11 @@ fn what_is_gone_since_0_1_is_refused_with_the_reason() {
     let folder = tempdir().expect("a folder");
     let design = read(format!("{FOLDER}/d1-white.toml"));
     for (table, line, words) in [
-        ("trace", "split = 4", "trace.split: removed: path splitting costs more time than it saves"),
+        (
+            "trace",
+            "split = 4",
+            "trace.split: removed: path splitting costs more time than it saves",
+        ),
         ("hybrid", "incidence = \"in_plane\"", "hybrid.incidence: removed"),
         ("hybrid", "scattering = \"transmission\"", "hybrid.scattering: removed"),
         ("hybrid", "spread_deg = 1.0", "hybrid.spread_deg: removed"),

@@ -52,7 +52,10 @@ fn figures_of_the_paper_stand_beside_ours() {
             let numbers: Vec<String> =
                 cell.split("; ").map(|n| n.trim_matches(['*', '°']).to_owned()).collect();
             let [of_paper, ours] = [0, 1].map(|k| numbers[k].parse::<f64>().expect("a number"));
-            assert!((of_paper - stated).abs() < 1e-9, "{design} {model} {key}: {of_paper}, {stated}");
+            assert!(
+                (of_paper - stated).abs() < 1e-9,
+                "{design} {model} {key}: {of_paper}, {stated}"
+            );
             let (off, aim) = (ours - of_paper, aims[wave]);
             let check = format!("{design}, {light}, {name}");
             if off.abs() > aim {
@@ -71,14 +74,16 @@ fn figures_of_the_paper_stand_beside_ours() {
 fn tests(path: &str) -> [usize; 3] {
     let path = workspace().join(path);
     let files: Vec<_> = if path.is_dir() {
-        let entries = path.read_dir().expect("a folder").map(|entry| entry.expect("an entry").path());
+        let entries =
+            path.read_dir().expect("a folder").map(|entry| entry.expect("an entry").path());
         entries.filter(|path| path.extension().is_some_and(|ending| ending == "rs")).collect()
     } else {
         vec![path]
     };
     let mut counts = [0; 3];
     for file in files {
-        let text = std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{file:?}: {e}"));
+        let text =
+            std::fs::read_to_string(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
         for after in text.split("#[test]").skip(1) {
             let head = after.split("fn ").next().unwrap_or_default();
             let tier = match head {
@@ -96,6 +101,9 @@ fn tests(path: &str) -> [usize; 3] {
 fn run_by(cell: &str, folders: &mut BTreeMap<String, [usize; 3]>) -> String {
     let mut sum = [0; 3];
     for path in cell.split('`').skip(1).step_by(2) {
+        if path == ".ci/nightly" {
+            sum[2] += 1;
+        }
         if path.starts_with(".ci") || !path.contains('/') {
             continue;
         }
@@ -135,7 +143,7 @@ fn the_report_lists_every_check() {
         let _ = writeln!(list, "### {heading}\n\n| check | allowed | tests |\n|---|---|---|");
         let _ = writeln!(list, "{}\n", inside.join("\n"));
     }
-    assert!(all > 140, "{all}");
+    assert!(all > 120, "{all}");
     let counts = format!("| part | checks |\n|---|---|\n{counts}| all | {all} |\n");
     hold_text("counts", &counts);
     hold_text("checks", &format!("{}\n", list.trim_end()));

@@ -72,8 +72,9 @@ impl Row {
 /// # Panics
 /// If the page says something else, or has no such section.
 pub fn hold(name: &str, rows: &[Row]) {
-    let mut table =
-        String::from("| check | value | ours | error | allowed | verdict |\n|---|---|---|---|---|---|\n");
+    let mut table = String::from(
+        "| check | value | ours | error | allowed | verdict |\n|---|---|---|---|---|---|\n",
+    );
     for row in rows {
         let Row { check, expected, computed, error, allowed, holds } = row;
         let verdict = if *holds { "holds" } else { "**misses**" };
