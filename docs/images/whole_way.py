@@ -64,9 +64,12 @@ BLUE, ORANGE, GREY = "#0072b2", "#e69f00", "#5f5f66"
 def compute(batwing, work):
     package = (ROOT / "data/designs/d1.toml").read_text(encoding="utf-8")
     package = package.replace("\n[array]", "power_lm = 20.0\n\n[array]", 1)
-    panel = package.replace("columns = 2\nrows = 2", "columns = 6\nrows = 4")
-    panel = panel.replace("plane_height_mm = 3.0", "plane_height_mm = 7.0")
-    for name, text in (("package", package), ("panel", panel + FILMS)):
+    array = package.replace("columns = 2\nrows = 2", "columns = 6\nrows = 4")
+    walls = FILMS.split("\n[[films]]")[0]
+    # Without films the light is read where the plate would stand.
+    bare = array.replace("plane_height_mm = 3.0", "plane_height_mm = 4.0") + walls
+    panel = array.replace("plane_height_mm = 3.0", "plane_height_mm = 7.0") + FILMS
+    for name, text in (("package", package), ("bare", bare), ("panel", panel)):
         (work / f"{name}.toml").write_text(text.replace('name = "D1"', f'name = "{name}"'), encoding="utf-8")
 
     def run(*arguments):
@@ -75,17 +78,19 @@ def compute(batwing, work):
     for model in ("geometric", "hybrid"):
         if not (work / model).exists():
             run("run", "package.toml", "--model", model, "--paths", "8388608", "--out", model)
-    if not (work / "panel").exists():
-        run("run", "panel.toml", "--model", "geometric", "--paths", "1048576", "--out", "panel")
+    for name, paths in (("bare", "4194304"), ("panel", "1048576")):
+        if not (work / name).exists():
+            run("run", f"{name}.toml", "--model", "geometric", "--paths", paths, "--out", name)
     run("rays", "package.toml", "--model", "geometric", "--count", "90", "--out", "rays")
 
 
 def draw_package(axes, work):
     drawing = json.loads((work / "geometric/package/geometric_100um/package.json").read_text())["drawing"]
-    outline = np.concatenate([np.array(part) for part in drawing["dome_mm"]])
-    half = np.vstack([outline, [outline[-1, 0], 0.0]])
+    half = np.array([point[:2] for part in drawing["dome_mm"] for point in part])
+    half = half[: np.argmin(half[:, 1]) + 1]
     whole = np.vstack([half[::-1] * [-1, 1], half])
-    axes.fill(*whole.T, facecolor="#e6eff7", edgecolor="#30597a", linewidth=1.0)
+    axes.fill(*whole.T, facecolor="#e6eff7", edgecolor="none")
+    axes.plot(*whole.T, color="#30597a", linewidth=1.0)
     (rays,) = (work / "rays").glob("*.json")
     for path in json.loads(rays.read_text())["paths"]:
         points = [vertex["point_mm"] for vertex in path["vertices"]]
@@ -117,17 +122,30 @@ def draw_far_field(axes, work):
     axes.set_thetalim(-np.pi / 2, np.pi / 2)
     axes.set_rlabel_position(90)
     axes.grid(color="#d6d6db", linewidth=0.6)
-    axes.set_title("2  Far field (cd)", loc="left", y=1.0)
-    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 0.0), ncol=1, frameon=False)
+    axes.set_title("2  Far field of one package (cd)", loc="left", y=0.93)
+    axes.legend(loc="lower center", bbox_to_anchor=(0.5, 0.06), ncol=2, frameon=False)
 
 
 def draw_panel(axes, work):
-    values = np.load(work / "panel/panel/geometric_100um/receivers/display.npy")[0, :, :, 0, 0] / 1000
-    image = axes.imshow(
-        values, origin="lower", extent=(-24.9, 24.9, -16.6, 16.6), vmin=0.0, cmap="inferno", interpolation="nearest"
-    )
-    axes.set(xlabel="x (mm)", ylabel="y (mm)")
-    axes.set_title("3  Panel: luminance (1000 cd/m²)", loc="left")
+    folder = "{0}/{0}/geometric_100um/".format
+    behind = np.load(work / folder("panel") / "receivers/display.npy")[0, :, :, 0, 0]
+    without = np.load(work / folder("bare") / "illuminance.npy")[0]
+    # Within the walls, which stand 498 by 332 bins apart.
+    rows, columns = ((size - kept) // 2 for size, kept in zip(without.shape, (332, 498)))
+    without = without[rows:-rows, columns:-columns]
+    # Each over its mean, on its side of the middle.
+    half = without.shape[1] // 2
+    for values, low, high in (
+        (without[:, :half] / without.mean(), -24.9, 0.0),
+        (behind[:, behind.shape[1] // 2 :] / behind.mean(), 0.0, 24.9),
+    ):
+        image = axes.imshow(
+            values, origin="lower", extent=(low, high, -16.6, 16.6), vmin=0.0, vmax=1.8, cmap="inferno",
+            interpolation="nearest",
+        )
+    axes.axvline(0.0, color="white", linewidth=1.2)
+    axes.set(xlim=(-24.9, 24.9), ylim=(-16.6, 16.6), xlabel="x (mm)", ylabel="y (mm)")
+    axes.set_title("3  Panel: without films | behind them (mean = 1)", loc="left")
     plt.colorbar(image, ax=axes, fraction=0.031, pad=0.02)
 
 
@@ -137,9 +155,9 @@ def main(batwing, work):
     compute(batwing, work)
     plt.rcParams.update({"font.size": 9, "axes.titlesize": 10.5, "axes.titleweight": "bold", "axes.edgecolor": GREY})
     figure = plt.figure(figsize=(13.0, 3.7))
-    draw_package(figure.add_axes((0.035, 0.14, 0.30, 0.74)), work)
-    draw_far_field(figure.add_axes((0.355, -0.1, 0.27, 1.15), projection="polar"), work)
-    draw_panel(figure.add_axes((0.665, 0.14, 0.29, 0.74)), work)
+    draw_package(figure.add_axes((0.045, 0.13, 0.28, 0.76)), work)
+    draw_far_field(figure.add_axes((0.365, -0.03, 0.24, 1.0), projection="polar"), work)
+    draw_panel(figure.add_axes((0.67, 0.13, 0.285, 0.76)), work)
     figure.savefig(ROOT / "docs/images/whole-way.png", dpi=110)
 
 
