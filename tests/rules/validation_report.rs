@@ -11,7 +11,7 @@ use batwing_tests::validation_report::{Row, hold, hold_text};
 use batwing_tests::{read, workspace};
 use report::published::Published;
 
-/// Figures of the table of the paper: key, name, aim by rays and by waves, decimals.
+/// Figures of the table of the paper: key, name, aims by rays and by waves.
 const FIGURES: [(&str, &str, [f64; 2]); 4] = [
     ("peak_angle_deg", "peak angle, °", [5.0, 5.0]),
     ("centre_to_peak", "centre/peak, %", [6.0, 6.0]),
@@ -19,7 +19,7 @@ const FIGURES: [(&str, &str, [f64; 2]); 4] = [
     ("extraction_efficiency", "extraction, %", [1.0, 1.0]),
 ];
 
-/// Rows of the tables under a heading that have as many cells as the first: cells.
+/// Cells of the rows of all tables of a text.
 fn rows(text: &str) -> Vec<Vec<String>> {
     // Dollars and spans of code hold signs of tables.
     let cells = |line: &str| {
