@@ -11,6 +11,8 @@ import sys
 CODE = re.compile(r"(^```.*?^```$|^(?: {4}[^\n]*\n)+|`[^`\n]+`)", re.M | re.S)
 MATH = re.compile(r"\$\$(.+?)\$\$|\$([^$\n](?:[^$]*?[^$\s])?)\$", re.S)
 LINK = re.compile(r"\[([^\]]*)\]\((\.\.?/[^)\s]+)\)")
+# A link whose words are a code span.
+CODE_LINK = re.compile(r"\[(`[^`\n]+`)\]\((\.\.?/[^)\s]+)\)")
 
 
 def formula(match):
@@ -27,7 +29,7 @@ def prepare(content, path):
         leaves = posixpath.normpath(posixpath.join(folder, match[2])).startswith("..")
         return match[1] if leaves else match[0]
 
-    parts = CODE.split(content)
+    parts = CODE.split(CODE_LINK.sub(link, content))
     # Parts at odd places are code.
     return "".join(
         part if i % 2 else LINK.sub(link, MATH.sub(formula, part)) for i, part in enumerate(parts)

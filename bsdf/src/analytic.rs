@@ -62,7 +62,7 @@ pub fn fresnel(n1: f64, n2: f64, cos_theta_i: f64) -> Reflectance {
 /// Fresnel reflectances from the normal components of the wavevector, `q1` and `q2` > 0, on both
 /// sides of a boundary from index `n1` to `n2`, in units of the vacuum wavenumber. At grazing
 /// incidence on both sides, `q1 = q2 = 0`, the reflectance is 1.
-pub fn fresnel_normal(n1: f64, n2: f64, q1: f64, q2: f64) -> Reflectance {
+pub(crate) fn fresnel_normal(n1: f64, n2: f64, q1: f64, q2: f64) -> Reflectance {
     if q1 + q2 <= 0.0 {
         return Reflectance::TOTAL;
     }

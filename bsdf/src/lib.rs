@@ -96,3 +96,8 @@ pub use error::Error;
 pub use measured::{LobeMotion, MeasuredBsdf};
 pub use order_table::{EfficiencyRow, Grid, NodeId, OrderEfficiency, OrderTable, TableHeader};
 pub use ray_optics::{Outline, Polygon, Relief, ReliefCell, ReliefLattice, ReliefShape, UnitCell};
+
+/// The first program of `README.md`, as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -186,7 +186,7 @@ impl OrderTable {
 
     /// The stored efficiency of relative order `order` leaving on side `to`; `None` if the grid has
     /// no such node or the order does not propagate there.
-    pub fn node_efficiency(
+    pub(crate) fn node_efficiency(
         &self,
         node: NodeId,
         to: Side,

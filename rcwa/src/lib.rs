@@ -100,3 +100,8 @@ pub use scattering::Scattering;
 pub use solve::{solve, solve_line, solve_symmetric_line};
 pub use stack::Stack;
 pub use wave::{Pol, Side};
+
+/// The first program of `README.md`, as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

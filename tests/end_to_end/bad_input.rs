@@ -434,7 +434,7 @@ fn commands() -> TempDir {
     write("nan.csv", "0,NaN\n");
     write("dark.csv", "0\n");
     write("tiny.csv", &"0,1,1e-300,1,0\n".repeat(5));
-    let colours = workspace().join("docs/images/illuminance-d1.png");
+    let colours = workspace().join("docs/images/illuminance-my-package.png");
     std::fs::copy(colours, at.join("colours.png")).expect("copied");
     let by_file = read("data/designs/bare-dome.toml").replace(
         "sphere_radius_mm = 2.0\nheight_mm = 1.0\nwidth_mm = 3.4\n",

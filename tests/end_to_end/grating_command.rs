@@ -14,17 +14,21 @@ use std::collections::BTreeSet;
 use crate::support::binary::batwing;
 use crate::support::grating::{Answer, grating};
 use batwing_tests::reference_cases::cases;
+use batwing_tests::validation_report::{Row, hold};
 use serde_json::{Value, json};
 use tempfile::tempdir;
 
 const KEYS: [&str; 6] = ["R", "T", "RTE", "RTM", "TTE", "TTM"];
 
-/// Every order of every case is there, and none besides, each within the case's tolerance.
+/// Every order of every case is there, and none besides, each within the case's tolerance. The report shows of
+/// each case the order that is farthest off, or the strongest where none is off by more than rounding.
 fn check(file: &str, prefix: &str, count: usize) {
     let folder = tempdir().expect("a folder");
     let all = cases(file, prefix);
     assert_eq!(all.len(), count, "cases {prefix}* in {file}");
+    let mut rows = Vec::new();
     for case in &all {
+        let mut compared = Vec::new();
         let answer = grating(folder.path(), case);
         let tolerance = case["tolerance"]["abs"].as_f64().expect("a tolerance");
         assert_eq!(answer.json["N"], case["inputs"]["N"], "{}", case["id"]);
@@ -45,9 +49,19 @@ fn check(file: &str, prefix: &str, count: usize) {
                     "{}, {key} of order {order}: {value}, expected {reference}",
                     case["id"]
                 );
+                compared.push((format!("{key} of order {order}"), reference, value));
             }
         }
+        let off = |(_, reference, value): &(String, f64, f64)| (value - reference).abs().max(1e-10);
+        let shown = compared
+            .iter()
+            .max_by(|a, b| off(a).total_cmp(&off(b)).then(a.1.total_cmp(&b.1)))
+            .expect("an order");
+        let name = case["id"].as_str().expect("a name").trim_start_matches(prefix);
+        let what = format!("`{name}`, {} of {} values", shown.0, compared.len());
+        rows.push(Row::near(&what, shown.1, shown.2, tolerance, 10));
     }
+    hold(prefix.trim_end_matches('/'), &rows);
 }
 
 #[test]

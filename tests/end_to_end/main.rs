@@ -25,6 +25,7 @@ mod export_import;
 mod failed_runs;
 mod figures_by_route;
 mod files_as_they_come;
+mod files_of_0_1;
 mod full_wave;
 mod gallery;
 mod grating_command;

@@ -86,6 +86,7 @@ fn schemas_admit_every_shipped_file_of_their_kind() {
     assert_eq!(json(workspace(), &["schema"]), json(workspace(), &["schema", "design"]));
     for (kind, key) in KINDS {
         let schema = json(workspace(), &["schema", kind]);
+        assert_eq!(schema["$comment"], format!("batwing {}", env!("CARGO_PKG_VERSION")));
         let own: Vec<_> = shipped.iter().filter(|(_, file)| file.get(key).is_some()).collect();
         assert!(own.len() > 1, "{kind}");
         for (name, file) in own {

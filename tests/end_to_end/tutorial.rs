@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `docs/tutorial.md`: every command in it runs, in its order, on the files that it writes, and the
-//! figures that it quotes are those that come out.
+//! `docs/tutorial.md` and the own design of `README.md`: every command runs, in its order, on the files that it
+//! writes, and the figures that are quoted are those that come out.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -85,15 +85,11 @@ fn of_study(file: &Path) -> BTreeSet<String> {
     figures.map(shown).collect()
 }
 
-#[test]
-#[ignore = "slow: six runs, tables and a study (65 s)"]
-fn every_command_of_the_tutorial_runs_and_gives_the_quoted_figures() {
-    let folder = tempdir().expect("a folder");
-    let at = folder.path();
-    let page = read(workspace().join("docs/tutorial.md"));
+/// Does what the page asks for in a folder: how many commands ran, and the figures that they printed.
+fn follow(page: &str, at: &Path) -> (usize, BTreeSet<String>) {
     let mut printed = BTreeSet::new();
     let mut ran = 0;
-    for step in steps(&page) {
+    for step in steps(page) {
         match step {
             Step::Batwing(arguments) => {
                 let output = batwing(at).args(&arguments).output().expect("it runs");
@@ -121,8 +117,33 @@ fn every_command_of_the_tutorial_runs_and_gives_the_quoted_figures() {
             }
         }
     }
-    printed.extend(of_study(&at.join("study/study.json")));
-    assert!(ran >= 8, "{ran} commands");
-    let unknown: Vec<String> = quoted(&page).difference(&printed).cloned().collect();
+    (ran, printed)
+}
+
+/// Judges whether all figures of a page are among those that came out.
+fn judge(page: &str, printed: &BTreeSet<String>) {
+    let unknown: Vec<String> = quoted(page).difference(printed).cloned().collect();
     assert!(unknown.is_empty(), "{unknown:?} of the page are not among {printed:?}");
+}
+
+#[test]
+fn the_own_design_of_the_readme_gives_the_quoted_figures() {
+    let folder = tempdir().expect("a folder");
+    let readme = read("README.md");
+    let (_, page) = readme.split_once("## An own design").expect("the section");
+    let page = page.split("\n## ").next().unwrap_or_default();
+    let (ran, printed) = follow(page, folder.path());
+    assert_eq!((ran, quoted(page).len()), (3, 7));
+    judge(page, &printed);
+}
+
+#[test]
+#[ignore = "slow: six runs, tables and a study (65 s)"]
+fn every_command_of_the_tutorial_runs_and_gives_the_quoted_figures() {
+    let folder = tempdir().expect("a folder");
+    let page = read(workspace().join("docs/tutorial.md"));
+    let (ran, mut printed) = follow(&page, folder.path());
+    printed.extend(of_study(&folder.path().join("study/study.json")));
+    assert!(ran >= 8, "{ran} commands");
+    judge(&page, &printed);
 }

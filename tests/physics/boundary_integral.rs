@@ -2,6 +2,7 @@
 //! The boundary-integral solver against closed forms, laws, published numbers and RCWA.
 
 use batwing_tests::reference_cases::cases;
+use batwing_tests::validation_report::{Row, hold};
 use full_wave::Curve;
 use gratings::boundary_integral::{Fineness, Grating, IntegralError, Outline, Solution};
 use num_complex::Complex64;
@@ -130,24 +131,27 @@ fn smooth_sinusoid_by_the_c_method() {
     let surface = Outline::fourier(0.8, vec![[-0.05, 0.0]]).unwrap();
     let solution = integral(surface, 0.55, [SILICONE, 1.0], SILICONE * 20f64.to_radians().sin());
     let outputs = &case["outputs"]["theta20_phi0"];
-    let mut compared = 0;
+    let mut rows = Vec::new();
     for (pol, key) in [(Pol::S, "s"), (Pol::P, "p")] {
         for (side, name) in [(Side::Top, "R"), (Side::Bottom, "T")] {
             for (order, value) in entries(&outputs[key][name]) {
                 let got = solution.efficiency((Side::Top, 0, pol), (side, order));
+                let what = format!("{key}, {name} of order {order}");
                 // Half a unit of the last digit in the table.
-                assert_near(&format!("{key} {name} {order}"), got, number(&value), 6e-9);
-                compared += 1;
+                assert_near(&what, got, number(&value), 6e-9);
+                rows.push(Row::near(&what, number(&value), got, 6e-9, 8));
             }
         }
     }
-    assert_eq!(compared, 14);
+    assert_eq!(rows.len(), 14);
+    hold("sinusoid by the C method", &rows);
 }
 
 /// Lamellae twice as deep as their period, from above at several angles: limits of RCWA with
 /// adaptive spatial resolution.
 #[test]
 fn deep_lamellae_by_adaptive_rcwa() {
+    let mut rows = Vec::new();
     for (id, pol) in
         [("ex1-s-40", Pol::S), ("ex1-p-40", Pol::P), ("ex6-15", Pol::P), ("ex6-80", Pol::P)]
     {
@@ -163,11 +167,14 @@ fn deep_lamellae_by_adaptive_rcwa() {
         for (side, name) in [(Side::Top, "R"), (Side::Bottom, "T")] {
             for (order, parts) in entries(&case["converged"][name]) {
                 let got = solution.efficiency((Side::Top, 0, pol), (side, order));
-                assert_near(&format!("{id} {name} {order}"), got, number(&parts[0]), 2e-7);
+                let what = format!("{id}, {name} of order {order}");
+                assert_near(&what, got, number(&parts[0]), 2e-7);
+                rows.push(Row::near(&what, number(&parts[0]), got, 2e-7, 7));
             }
         }
         assert!(solution.worst_balance() < 1e-8);
     }
+    hold("deep lamellae", &rows);
 }
 
 /// Period, wavelength and angle of an echelette of aluminium in the mount of Littrow, with its two
@@ -194,15 +201,19 @@ fn metals_by_the_c_method() {
     let surface = Outline::fourier(1.0 / 1.2, vec![[0.05, 0.0]]).unwrap();
     let silver = Grating::new(surface, 0.633, 1.0, Complex64::new(0.0562, 4.2776)).unwrap();
     let (_, reflected) = converged(&silver, 10.0, 1e-6);
-    for (order, expected) in [(-1, 0.278_582), (0, 0.440_264), (1, 0.268_048)] {
-        assert_near("silver", reflected(Pol::P, order), expected, 1e-6);
-    }
+    let rows = [(-1, 0.278_582), (0, 0.440_264), (1, 0.268_048)].map(|(order, expected)| {
+        let got = reflected(Pol::P, order);
+        assert_near("silver", got, expected, 1e-6);
+        Row::near(&format!("p, R of order {order}"), expected, got, 1e-6, 6)
+    });
+    hold("sinusoid of silver", &rows);
 }
 
 /// Lamellae with sharp corners, by modes \[Granet1996; LalanneHugonin2000\].
 #[test]
 #[ignore = "slow: a groove as deep as a wavelength (6 s)"]
 fn metal_lamellae_by_modes() {
+    let mut rows = Vec::new();
     for (height, values) in [
         (0.1, &[(Pol::P, -1, 0.3408, 3e-4), (Pol::P, 0, 0.6312, 3e-4)][..]),
         (1.0, &[(Pol::P, 0, 0.848_48, 1e-5), (Pol::S, -1, 0.734_28, 1e-5)]),
@@ -212,10 +223,13 @@ fn metal_lamellae_by_modes() {
         let grating = Grating::new(lamella, 1.0, 1.0, Complex64::new(0.22, 6.71)).unwrap();
         let (_, reflected) = converged(&grating, 30.0, 5e-6);
         for &(pol, order, expected, allowed) in values {
-            let what = format!("height {height}, {pol:?} {order}");
-            assert_near(&what, reflected(pol, order), expected, allowed);
+            let what = format!("height {height}, {pol:?}, R of order {order}");
+            let got = reflected(pol, order);
+            assert_near(&what, got, expected, allowed);
+            rows.push(Row::near(&what, expected, got, allowed, 5));
         }
     }
+    hold("lamellae of metal", &rows);
 }
 
 /// Aluminium with sharp corners is the limit of its Fourier series; the C method, whose orders cut the

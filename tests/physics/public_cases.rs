@@ -5,11 +5,10 @@
 //! Sources: the illuminances that CIE 171:2006 states for case 5.3, its formula of case 5.8, and
 //! integrals of the laws of distance and cosine over each bin.
 
-#![expect(clippy::print_stdout, reason = "`--nocapture` shows the figures of docs/validation.md")]
-
 use std::f64::consts::PI;
 use std::path::Path;
 
+use batwing_tests::validation_report::{Row, hold};
 use metrics::{Estimate, jackknife};
 use runtime::interrupt::Interrupt;
 use runtime::run_context::RunContext;
@@ -124,13 +123,16 @@ fn deviations(found: Estimate, exact: f64) -> f64 {
     (found.value - exact).abs() / found.standard_error.max(f64::MIN_POSITIVE)
 }
 
-/// Judges what was read, times `lumens`, by exact means.
-fn judge(case: &str, found: &[Estimate], lumens: f64, exact: &[f64]) {
-    for (k, (found, exact)) in found.iter().zip(exact).enumerate() {
+/// Judges what was read at the points of the wall, from above, and of the floor, times `lumens`, by exact means.
+fn judge(found: &[Estimate], lumens: f64, exact: &[f64]) -> Vec<Row> {
+    let places = (1..=HEIGHTS.len()).map(|k| format!("wall, point {k}"));
+    let places = places.chain((1..).map(|k| format!("floor, point {k}")));
+    let judged = places.zip(found.iter().zip(exact)).map(|(place, (found, exact))| {
         let found = found.times(lumens);
-        println!("{case} {k}: {:.2} ± {:.2}, exact {exact:.3}", found.value, found.standard_error);
-        assert!(deviations(found, *exact) < 4.0, "{case} {k}: {found:?} {exact}");
-    }
+        assert!(deviations(found, *exact) < 4.0, "{place}: {found:?} {exact}");
+        Row::estimate(&place, (*exact, 3), found, (4.0, 0.0))
+    });
+    judged.collect()
 }
 
 #[test]
@@ -145,7 +147,7 @@ fn a_point_source_lights_a_room_as_in_case_5_2() {
         let cos = (d[0] * normal[0] + d[1] * normal[1] + d[2] * normal[2]) / r;
         candela * cos / (r * r)
     });
-    judge("5.2", &read(&seen), 10_000.0, &exact);
+    hold("CIE 171 5.2", &judge(&read(&seen), 10_000.0, &exact));
 }
 
 #[test]
@@ -163,7 +165,7 @@ fn an_area_source_lights_a_room_as_in_case_5_3() {
     let source = "sources = [{ name = \"lamp\", kind = \"rectangle\", position_mm = [0.0, 0.0, 3.0], \
                   normal = [0.0, 0.0, -1.0], size_mm = [1.0, 1.0] }]\n";
     let seen = trace(&format!("{}{}", room(3.0, 0.0, 0.0, source), squares()), 10_000_000);
-    judge("5.3", &read(&seen), lumens, &means(at_points));
+    hold("CIE 171 5.3", &judge(&read(&seen), lumens, &means(at_points)));
 }
 
 /// Illuminance of a wall of 4 x 3 mm at x = -2 mm, of exitance 100, behind a block 1 mm high and as
@@ -240,7 +242,7 @@ fn a_diffusing_wall_lights_a_room_as_in_cases_5_6_and_5_7() {
         let found: Vec<Estimate> =
             seen.receivers.iter().map(|square| jackknife(square, |all| all[0] / area)).collect();
         // In per cent of the exitance of the wall.
-        judge(case, &found, 100.0 * 12.0, &exact);
+        hold(&format!("CIE 171 {case}"), &judge(&found, 100.0 * 12.0, &exact));
     }
 }
 
@@ -248,6 +250,7 @@ fn a_diffusing_wall_lights_a_room_as_in_cases_5_6_and_5_7() {
 #[ignore = "slow: 13 closed cubes (10 s)"]
 fn a_closed_cube_holds_the_indirect_light_of_case_5_8() {
     let (lumens, area) = (10_000.0, 96.0);
+    let mut rows = Vec::new();
     for rho in [0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95] {
         let source = "sources = [{ name = \"lamp\", kind = \"isotropic\", position_mm = [0.0, 0.0, 2.0] }]\n";
         let lid = format!(
@@ -265,18 +268,17 @@ fn a_closed_cube_holds_the_indirect_light_of_case_5_8() {
         let met = metrics::Grouped::new(groups.collect());
         let indirect = jackknife(&met, |all| (all[0] - 1.0) * lumens / area);
         let exact = lumens * rho / (area * (1.0 - rho));
-        println!(
-            "5.8 {rho}: {:.2} ± {:.2}, exact {exact:.2}",
-            indirect.value, indirect.standard_error
-        );
         assert!(deviations(indirect, exact) < 4.0, "{rho} {indirect:?} {exact}");
+        rows.push(Row::estimate(&format!("reflectance {rho}"), (exact, 2), indirect, (4.0, 0.0)));
     }
+    hold("CIE 171 5.8", &rows);
 }
 
 #[test]
 #[ignore = "slow: 20 million paths (15 s)"]
 fn an_endless_array_of_lambertian_sources_has_the_uniformity_of_its_sum() {
     const PITCH: f64 = 10.0;
+    let mut rows = Vec::new();
     for (height, stated) in [(PITCH / 2.0, 0.439), (PITCH / 3.0, 0.147)] {
         // W/mm² of point sources of 1 W in the mean over a square of this half side.
         let sum = |x: f64, y: f64| {
@@ -320,10 +322,9 @@ fn an_endless_array_of_lambertian_sources_has_the_uniformity_of_its_sum() {
             .map(|group| seen.receivers.iter().map(|receiver| receiver.group(group)[0]).collect());
         let five = metrics::Grouped::new(groups.collect());
         let found = jackknife(&five, |all| 0.25 * all[1..].iter().sum::<f64>() / all[0]);
-        println!(
-            "array {height:.2}: {:.4} ± {:.4}, exact {exact:.4}, points {ratio:.4}",
-            found.value, found.standard_error
-        );
         assert!(deviations(found, exact) < 4.0, "{found:?} {exact}");
+        let what = format!("distance {height:.2} mm of 10 mm pitch, min/max");
+        rows.push(Row::estimate(&what, (exact, 4), found, (4.0, 0.0)));
     }
+    hold("endless array", &rows);
 }

@@ -5,3 +5,5 @@ mod altered_files;
 mod crate_borders;
 mod import_cycles;
 mod recipes;
+mod release;
+mod validation_report;

@@ -18,6 +18,7 @@ pub mod supercell;
 pub mod tables;
 pub mod tilted_box;
 pub mod traces;
+pub mod validation_report;
 
 use std::path::{Path, PathBuf};
 

@@ -22,7 +22,7 @@ pub trait CheckpointStore: Sync {
 
 /// Bytes of a group: the number of surfaces met, how many numbers follow, and these,
 /// each in eight bytes, the lowest first.
-pub fn to_bytes(totals: &Totals, hits: u64) -> Vec<u8> {
+pub(crate) fn to_bytes(totals: &Totals, hits: u64) -> Vec<u8> {
     let mut totals = totals.clone();
     let numbers: Vec<f64> = totals.powers().map(|power| *power).collect();
     let mut bytes = Vec::with_capacity(8 * (numbers.len() + 2));
@@ -36,7 +36,7 @@ pub fn to_bytes(totals: &Totals, hits: u64) -> Vec<u8> {
 
 /// Reads what [`to_bytes`] made into totals of the same lines and bins as `like`; `None` where the
 /// bytes are not those of such a group.
-pub fn from_bytes(bytes: &[u8], like: &Totals) -> Option<(Totals, u64)> {
+pub(crate) fn from_bytes(bytes: &[u8], like: &Totals) -> Option<(Totals, u64)> {
     let mut words = bytes.chunks_exact(8);
     if !words.remainder().is_empty() {
         return None;

@@ -53,7 +53,7 @@
 //! `docs/explanation/conventions.md` has the axes, units and signs.
 
 mod batch;
-pub mod checkpoint;
+mod checkpoint;
 mod conversion;
 pub mod error;
 mod film_stack;
@@ -106,3 +106,8 @@ pub use shape::{Meridian, Shape};
 pub use source::{Distribution, Emission, Emitter, RayRecord, RaySet, Source};
 pub use statistics::{Estimate, jackknife};
 pub use surface::{LayeredMirror, Mixed, Patch, Printed, Region, Surface, SurfaceModel};
+
+/// The first program of `README.md`, as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -75,7 +75,7 @@ impl Grid {
 
     /// Offset of the kx nodes from 0 in units of their spacing: 0 for an even number per zone, 1/2
     /// for an odd one.
-    pub fn kx_offset(&self) -> f64 {
+    pub(crate) fn kx_offset(&self) -> f64 {
         if self.kx_per_zone.is_multiple_of(2) { 0.0 } else { 0.5 }
     }
 

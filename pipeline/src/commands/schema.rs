@@ -50,6 +50,7 @@ pub fn run(arguments: &SchemaArgs, context: RunContext) -> Result<()> {
     if arguments.kind == InputFile::Design {
         allow_formulas(&mut schema);
     }
+    schema["$comment"] = format!("batwing {}", env!("CARGO_PKG_VERSION")).into();
     let text = serde_json::to_string_pretty(&schema)?;
     context.console.result(&schema, || text)
 }
