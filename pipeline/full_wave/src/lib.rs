@@ -40,14 +40,18 @@
 pub mod bessel;
 mod body;
 mod compression;
+mod coupling;
 mod error;
 mod field;
 mod kernel;
+mod lu;
 mod mesh;
 mod outline;
 mod panel;
 mod quadrature;
+mod reduced;
 mod system;
+mod tile;
 
 pub use body::{Body, Cost, Polarisation, Resolution};
 pub use error::FullWaveError;
