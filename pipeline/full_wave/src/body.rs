@@ -220,12 +220,11 @@ impl Body {
         if bytes <= self.max_bytes {
             return Ok(());
         }
-        let [inside, outside] = self.index;
         Err(FullWaveError::Memory {
             limit: self.max_bytes / GIB,
             needed: bytes / GIB,
             unknowns: self.mesh.panels.len() * PER_PANEL,
-            width: self.outline.length() / TAU * inside.max(outside),
+            width: self.outline.length() / TAU * self.index[0],
         })
     }
 
@@ -444,10 +443,12 @@ mod tests {
         body
     }
 
+    const SOURCES: [[f64; 2]; 3] = [[0.4, 0.4], [-1.1, 0.1], [1.0, 0.1]];
+
     fn bins(body: &Body, polarisation: Polarisation) -> Vec<Vec<f64>> {
-        let size = body.outline.length() * body.wavelength / TAU;
-        let sources = [[0.02 * size, 0.11 * size], [-0.11 * size, 0.12 * size], [0.0, 0.1 * size]];
-        let field = body.solve(polarisation, &sources).unwrap();
+        let is_dome = body.outline.surroundings == Surroundings::Mirror;
+        let up = if is_dome { 4.0 } else { 0.0 };
+        let field = body.solve(polarisation, &SOURCES.map(|[x, z]| [x, z + up])).unwrap();
         let edges: Vec<f64> = (-36..=36).map(|i| (2.5 * f64::from(i)).to_radians()).collect();
         field.bins(&edges)
     }
@@ -461,12 +462,9 @@ mod tests {
     /// Without refinement, and with it; on a mirror, and closed without symmetry.
     #[test]
     fn tiles_give_what_one_matrix_gives() {
-        let mut skew = Outline::closed([3.0, 0.0]);
-        for point in
-            [[3.0, 1.6], [2.0, 1.6], [2.0, 2.6], [0.2, 3.0], [-2.4, 1.0], [-3.2, 0.0], [3.0, 0.0]]
-        {
-            skew = skew.line_to([point[0], point[1] - 0.8]);
-        }
+        let corners = [[3.0, 0.8], [2.0, 0.8], [2.0, 1.8], [0.2, 2.2], [-2.4, 0.2], [-3.2, -0.8]];
+        let skew = corners.into_iter().fold(Outline::closed([3.0, -0.8]), Outline::line_to);
+        let skew = skew.line_to([3.0, -0.8]);
         for outline in [stepped(4, 5.0), skew] {
             for polarisation in [Polarisation::Te, Polarisation::Tm] {
                 let dense = bins(&body(&outline, 1e-10, None), polarisation);

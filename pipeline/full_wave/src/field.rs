@@ -184,11 +184,11 @@ impl Field {
                 });
                 let parts = waves.into_iter().zip(&self.parts);
                 let parts: Vec<CMat> = parts.map(|(waves, (_, columns))| waves * columns).collect();
-                let at = |row, column| {
+                let at = |row: usize, column: usize| {
                     let part = |part: usize| parts.get(part).map(|part| part[(row, column)]);
                     [0, 1].map(|number| part(number).unwrap_or_default())
                 };
-                let row = |row| (0..count).map(|column| at(row, column)).collect();
+                let row = |row: usize| (0..count).map(|column| at(row, column)).collect();
                 (0..angles.len()).map(row).collect()
             })
             .collect();
@@ -245,7 +245,7 @@ impl Field {
         let count = edges.len().saturating_sub(1);
         // Even and odd light of one side are those of the other.
         let mirrored = edges.iter().zip(edges.iter().rev()).all(|(a, b)| *a == -b);
-        let folded = self.parts.len() == 2 && mirrored && count % 2 == 0;
+        let folded = self.parts.len() == 2 && mirrored && count.is_multiple_of(2);
         let first = if folded { count / 2 } else { 0 };
         let mut angles = Vec::new();
         let mut weights = Vec::new();

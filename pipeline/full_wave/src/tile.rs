@@ -8,11 +8,11 @@
 //! nodes that resolve the waves of the tile; random sums of them hold all that matters
 //! \[Halko2011\].
 
-use crate::compression::PER_PANEL;
+use crate::compression::{CMat, PER_PANEL};
 use crate::coupling::{Coupling, place};
 use crate::lu::SingleMat;
-use crate::mesh::Mesh;
-use crate::panel::Node;
+use crate::mesh::{Corner, Mesh, PER_SIDE};
+use crate::panel::{Node, Reflection};
 use crate::quadrature::NODES;
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
@@ -245,7 +245,7 @@ impl Sketch {
                         norm[l] += x[i][l] * x[i][l] + y[i][l] * y[i][l];
                     }
                 }
-                (Complex32::new(a, b), norm.iter().sum())
+                (Complex32::new(a, b), norm.iter().sum::<f32>())
             },
         )
     }

@@ -140,7 +140,8 @@ pub fn compare(
         let rows = field.bins(&edges());
         let emitted = field.emitted();
         // The bins cover all angles.
-        let radiated = (0..emitted.len()).map(|source| rows.iter().map(|row| row[source]).sum());
+        let radiated =
+            (0..emitted.len()).map(|source| rows.iter().map(|row| row[source]).sum::<f64>());
         let found = BySource { radiated: radiated.collect(), rows, emitted };
         if let Some(kept) = &kept {
             kept.keep_value(number, &found)?;
