@@ -70,15 +70,22 @@ impl Factors {
     /// Solutions for right-hand sides.
     pub fn solve(&self, right: &SingleMat) -> SingleMat {
         let factors = MatRef::from_column_major_slice(&self.entries, self.size, self.size);
-        let mut found = right.to_owned();
-        found.par_col_chunks_mut(SIDES_TOGETHER).for_each(|found| {
-            let scratch =
-                solve_in_place_scratch::<usize, Complex32>(self.size, found.ncols(), Par::Seq);
+        let count = right.ncols();
+        let part = |first: usize| {
+            let width = SIDES_TOGETHER.min(count - first);
+            let mut found = right.subcols(first, width).to_owned();
+            let scratch = solve_in_place_scratch::<usize, Complex32>(self.size, width, Par::Seq);
             let mut memory = MemBuffer::new(scratch);
             let stack = MemStack::new(&mut memory);
             let permutation = self.permutation.as_ref();
-            solve_in_place(factors, factors, permutation, found, Par::Seq, stack);
-        });
+            solve_in_place(factors, factors, permutation, found.as_mut(), Par::Seq, stack);
+            found
+        };
+        let parts = (0..count).into_par_iter().step_by(SIDES_TOGETHER).map(part);
+        let mut found = SingleMat::zeros(self.size, count);
+        for (number, part) in parts.collect::<Vec<SingleMat>>().iter().enumerate() {
+            found.as_mut().subcols_mut(SIDES_TOGETHER * number, part.ncols()).copy_from(part);
+        }
         found
     }
 }
