@@ -34,7 +34,7 @@ ROWS += [(design, 0.0, 16, 2) for design in ("d1", "d2", "d3")]
 ROWS += [(design, 0.0, 8, 5) for design in DESIGNS]
 ROWS += [(design, 0.0, 34, 2) for design in ("d1", "d2")]
 ROWS += [(design, 0.0, 8, 10) for design in ("d1", "d2", "d3")]
-ROWS += [("d1", 0.0, 8, 20), ("d1", 0.0, 34, 10), ("d2", 0.0, 34, 10)]
+ROWS += [("d1", 0.0, 8, 20), ("d1", 0.0, 34, 10), ("d2", 0.0, 34, 10), ("d1", 0.0, 170, 10)]
 
 
 def design_file(folder, name, offset_mm):
@@ -55,8 +55,9 @@ def distances(folder, name, offset_mm, rings, width_um):
     if not (at / "full_wave.json").is_file():
         command = [BATWING, "--quiet", "full-wave", str(design_file(folder, name, offset_mm)), "--rings",
                    str(rings), "--ring-width-um", str(width_um), "--paths", "1e6", "--out", str(at)]
-        # A quarter of an hour with 34 rings of 10 µm; 1e-4 of the largest bin is far below chance.
+        # 1e-4 of the largest bin is far below chance. Wide domes have little chance.
         command += ["--tolerance", "1e-4"] if rings * width_um > 100 else []
+        command += ["--sources", "60"] if rings * width_um > 1000 else []
         subprocess.run(command, check=True)
     file = json.loads((at / "full_wave.json").read_text())
     own, smooth = file["comparison"], file["baseline"]
@@ -159,7 +160,7 @@ def picture(rows, file):
         of_width = [row for row in rows if row["width_um"] == width_um]
         if len({row["rings"] for row in of_width}) > 1:
             marks += panel(of_width, left, f"rings of {width_um / WAVELENGTH_UM:.2g} wavelengths", "rings a side",
-                           (6, 45), (8, 16, 34), lambda row: row["rings"])
+                           (6, 220), (8, 16, 34, 170), lambda row: row["rings"])
             left += 360
     legend = left - 20
     for k, (name, colour) in enumerate(COLOURS.items()):

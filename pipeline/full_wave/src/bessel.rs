@@ -141,11 +141,13 @@ fn signed(value: f64, quadrant: u64) -> f64 {
     f64::from_bits(value.to_bits() ^ ((quadrant & 2) << 62))
 }
 
-/// Pairs of terms of Hankel's series at every argument, and from [`FEW_TERMS_FROM`] on. Terms fall as
-/// k!/(2x)^k.
+/// Pairs of terms of Hankel's series at every argument, from [`FEW_TERMS_FROM`] on, and from
+/// [`FEWEST_TERMS_FROM`] on. Terms fall as k!/(2x)^k.
 pub(crate) const TERMS: usize = 13;
 pub(crate) const FEW_TERMS: usize = 7;
 pub(crate) const FEW_TERMS_FROM: f64 = 60.0;
+pub(crate) const FEWEST_TERMS: usize = 4;
+pub(crate) const FEWEST_TERMS_FROM: f64 = 300.0;
 
 /// For ν = 0 and 1: factors of x^-2j in P and of x^-(2j+1) in Q, (-1)^j a_2j and (-1)^j a_2j+1 with
 /// a_k/a_{k-1} = (4ν² - (2k-1)²)/(8k).

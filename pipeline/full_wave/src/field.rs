@@ -165,22 +165,31 @@ impl Field {
 
     /// F with the far field (i/4) sqrt(2/(πkr)) exp(i(kr - π/4)) F, a row an angle.
     pub fn amplitudes(&self, angles: &[f64]) -> Vec<Vec<Complex64>> {
+        self.amplitudes_of_parts(angles)
+            .into_iter()
+            .map(|row| row.into_iter().map(|[even, odd]| even + odd).collect())
+            .collect()
+    }
+
+    /// F of the parts even and odd in x; without symmetry all is in the first.
+    fn amplitudes_of_parts(&self, angles: &[f64]) -> Vec<Vec<[Complex64; 2]>> {
         let (size, count) = (self.parts[0].1.nrows(), self.parts[0].1.ncols());
-        let rows: Vec<Vec<Vec<Complex64>>> = angles
+        let rows: Vec<Vec<Vec<[Complex64; 2]>>> = angles
             .par_chunks(ANGLES)
             .map(|angles| {
-                let mut sum = CMat::zeros(angles.len(), count);
                 let mut waves = vec![CMat::zeros(angles.len(), size); self.parts.len()];
                 self.plane_waves(angles, |part, column, values| {
                     let column = waves[part].col_as_slice_mut(column);
                     column.copy_from_slice(&values[..angles.len()]);
                 });
-                for ((_, columns), waves) in self.parts.iter().zip(waves) {
-                    sum += waves * columns;
-                }
-                (0..angles.len())
-                    .map(|row| (0..count).map(|column| sum[(row, column)]).collect())
-                    .collect()
+                let parts = waves.into_iter().zip(&self.parts);
+                let parts: Vec<CMat> = parts.map(|(waves, (_, columns))| waves * columns).collect();
+                let at = |row: usize, column: usize| {
+                    let part = |part: usize| parts.get(part).map(|part| part[(row, column)]);
+                    [0, 1].map(|number| part(number).unwrap_or_default())
+                };
+                let row = |row: usize| (0..count).map(|column| at(row, column)).collect();
+                (0..angles.len()).map(row).collect()
             })
             .collect();
         rows.into_iter().flatten().collect()
@@ -231,25 +240,33 @@ impl Field {
             .iter()
             .flat_map(|p| &p.nodes)
             .fold(0.0, |size: f64, node| size.max(node.point[0].hypot(node.point[1])));
-        // Two panels of 16 nodes hold some four periods of the finest fringe, exp(2ik size θ).
+        // A panel of 16 nodes holds three periods of the finest fringe, exp(2ik size θ).
         let fringe = TAU / (2.0 * self.media.index[1] * size);
+        let count = edges.len().saturating_sub(1);
+        // Even and odd light of one side are those of the other.
+        let mirrored = edges.iter().zip(edges.iter().rev()).all(|(a, b)| *a == -b);
+        let folded = self.parts.len() == 2 && mirrored && count.is_multiple_of(2);
+        let first = if folded { count / 2 } else { 0 };
         let mut angles = Vec::new();
         let mut weights = Vec::new();
-        for (bin, pair) in edges.windows(2).enumerate() {
-            let panels = ((pair[1] - pair[0]) / (2.0 * fringe)).ceil().max(1.0) as usize;
+        for (bin, pair) in edges.windows(2).enumerate().skip(first) {
+            let panels = ((pair[1] - pair[0]) / (3.0 * fringe)).ceil().max(1.0) as usize;
             let half = 0.5 * (pair[1] - pair[0]) / panels as f64;
             for panel in 0..panels {
                 let mid = pair[0] + (2 * panel + 1) as f64 * half;
                 for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
                     angles.push(mid + half * node);
-                    weights.push((bin, half * weight));
+                    weights.push((bin, half * weight * self.per_amplitude()));
                 }
             }
         }
-        let mut bins = vec![vec![0.0; self.parts[0].1.ncols()]; edges.len().saturating_sub(1)];
-        for (row, (bin, weight)) in self.intensity(&angles).iter().zip(weights) {
-            for (sum, value) in bins[bin].iter_mut().zip(row) {
-                *sum += weight * value;
+        let mut bins = vec![vec![0.0; self.parts[0].1.ncols()]; count];
+        for (row, (bin, weight)) in self.amplitudes_of_parts(&angles).iter().zip(weights) {
+            for (source, [even, odd]) in row.iter().enumerate() {
+                bins[bin][source] += weight * (even + odd).norm_sqr();
+                if folded {
+                    bins[count - 1 - bin][source] += weight * (even - odd).norm_sqr();
+                }
             }
         }
         bins
@@ -259,7 +276,8 @@ impl Field {
     /// no loss it is what the source emits, which nothing enforces.
     pub fn radiated(&self) -> Vec<f64> {
         let range = if self.mirror == 0.0 { PI } else { 0.5 * PI };
-        self.bins(&[-range, range]).pop().unwrap_or_default()
+        let sides = self.bins(&[-range, 0.0, range]);
+        sides[0].iter().zip(&sides[1]).map(|(left, right)| left + right).collect()
     }
 }
 

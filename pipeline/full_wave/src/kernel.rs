@@ -8,7 +8,10 @@
 
 #![expect(clippy::inline_always, reason = "compiled for the instructions that were found")]
 
-use crate::bessel::{ASYMPTOTIC_FROM, Bessel, EULER, FEW_TERMS, FEW_TERMS_FROM, TERMS};
+use crate::bessel::{
+    ASYMPTOTIC_FROM, Bessel, EULER, FEW_TERMS, FEW_TERMS_FROM, FEWEST_TERMS, FEWEST_TERMS_FROM,
+    TERMS,
+};
 use crate::quadrature::{NODES, PerNode};
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
@@ -204,7 +207,9 @@ pub(crate) type Entries = [[[PerNode; 2]; 2]; 2];
 /// Returns the kernels of [`kernels`] at all nodes of a panel.
 pub(crate) fn kernels_of_panel(media: &Media, pairs: &Pairs) -> Entries {
     let least = pairs.min_distance() * media.index[0].min(media.index[1]);
-    if least >= FEW_TERMS_FROM {
+    if least >= FEWEST_TERMS_FROM {
+        Arch::new().dispatch(HankelLanes::<FEWEST_TERMS> { media, pairs })
+    } else if least >= FEW_TERMS_FROM {
         Arch::new().dispatch(HankelLanes::<FEW_TERMS> { media, pairs })
     } else if least >= ASYMPTOTIC_FROM {
         Arch::new().dispatch(HankelLanes::<TERMS> { media, pairs })
@@ -334,7 +339,7 @@ mod tests {
     #[test]
     fn lanes_are_the_kernels_of_each_node() {
         let media = Media { index: [1.41, 1.0], weight: [1.41 * 1.41, 1.0] };
-        for nearest in [0.3, 20.0, 24.5, 50.0, 59.5, 900.0] {
+        for nearest in [0.3, 20.0, 24.5, 50.0, 59.5, 280.0, 301.0, 900.0] {
             let pairs = Pairs::new(|i| {
                 let x = [nearest + 0.7 * i as f64, 0.1 * i as f64];
                 Pair::apart(x, [0.6, 0.8], [0.0, 0.0], [0.28, -0.96])

@@ -9,7 +9,9 @@
 //! equations of the second kind \[Mueller1969\] for the field and its normal derivative. Panels of 16
 //! Gauss-Legendre nodes hold both; the logarithm of the kernels is split off \[Helsing2008\], and
 //! corners are compressed \[Helsing2013\]. A mirror is an image of the outline; a body that is
-//! symmetric in x is solved for even and odd light apart. Nothing is cut into layers, nothing is
+//! symmetric in x is solved for even and odd light apart. Of a large body, tiles of some forty panels are
+//! solved by themselves, and one dense matrix couples the few unknowns by which they act on each
+//! other \[Martinsson2005\]. Nothing is cut into layers, nothing is
 //! expanded in orders and no power is balanced by construction: what a source emits and what
 //! arrives far away are computed by themselves.
 //!
@@ -33,21 +35,29 @@
 //! | `panel` | kernels between two panels |
 //! | `compression` | compressed inverse of a corner |
 //! | `body` | a body, its sources and what its solution costs |
-//! | `system` | matrices in single precision, refinement in double |
+//! | `coupling` | kernels between parts of the outline, with all images |
+//! | `tile` | tiles of the outline, and the unknowns by which each acts on the others |
+//! | `reduced` | the equations reduced to these unknowns, in single precision |
+//! | `lu` | factors of a dense matrix |
+//! | `system` | error by exact equations, refinement in double precision |
 //! | `field` | emitted power and far field |
 //! | `quadrature`, `bessel` | rules of 16 nodes; Bessel functions |
 
 pub mod bessel;
 mod body;
 mod compression;
+mod coupling;
 mod error;
 mod field;
 mod kernel;
+mod lu;
 mod mesh;
 mod outline;
 mod panel;
 mod quadrature;
+mod reduced;
 mod system;
+mod tile;
 
 pub use body::{Body, Cost, Polarisation, Resolution};
 pub use error::FullWaveError;

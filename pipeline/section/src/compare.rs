@@ -10,6 +10,10 @@ use full_wave::{Body, Polarisation, Resolution};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use results::full_wave::{Binned, Comparison, Distance, FarField, Figures, Model};
+use runtime::key::Key;
+use runtime::store::Store;
+use serde::{Deserialize, Serialize};
+use serde_json::json;
 
 /// Bins of the finest far field, degrees.
 pub const FINE_DEG: f64 = 0.5;
@@ -108,26 +112,41 @@ pub fn body(section: &Section, resolution: Resolution) -> Result<Body> {
 }
 
 /// Computes the far fields: of a smooth dome the hybrid is rays, and is left out. `progress` is told
-/// what begins, and may stop it.
+/// what begins, and may stop it. Each polarisation of full wave is kept in `store` once it is solved.
 ///
 /// # Errors
 /// Those of [`body`] and of the tables; sources outside the dome; what `progress` returns.
 pub fn compare(
     section: &Section,
     request: &Request,
+    store: Option<&Store>,
     progress: impl Fn(&str) -> Result<()>,
 ) -> Result<Comparison> {
     let body = body(section, request.resolution)?;
     let places = request.sources.places(section, request.seed);
     let mut solved = Vec::new();
-    for polarisation in [Polarisation::Te, Polarisation::Tm] {
+    let Resolution { nodes_per_wavelength, target, .. } = request.resolution;
+    // Decimals name the bits of the numbers.
+    let all = format!("{section:?}, {nodes_per_wavelength:?}, {target:?}, {places:?}");
+    let key = Key::of(&json!({ "full_wave": all }));
+    let kept = store.map(|store| store.entries(key));
+    for (number, polarisation) in [(0, Polarisation::Te), (1, Polarisation::Tm)] {
         progress(&format!("full wave, {polarisation}"))?;
+        if let Some(found) = kept.as_ref().and_then(|kept| kept.find_value(number)) {
+            solved.push(found);
+            continue;
+        }
         let field = body.solve(polarisation, &places.concat())?;
-        solved.push(BySource {
-            rows: field.bins(&edges()),
-            emitted: field.emitted(),
-            radiated: field.radiated(),
-        });
+        let rows = field.bins(&edges());
+        let emitted = field.emitted();
+        // The bins cover all angles.
+        let radiated =
+            (0..emitted.len()).map(|source| rows.iter().map(|row| row[source]).sum::<f64>());
+        let found = BySource { radiated: radiated.collect(), rows, emitted };
+        if let Some(kept) = &kept {
+            kept.keep_value(number, &found)?;
+        }
+        solved.push(found);
     }
     let balance = solved.iter().map(BySource::lacks).fold(0.0, f64::max);
     let mut shares = vec![(Model::FullWave, by_set(&solved, places.len()), balance)];
@@ -159,6 +178,7 @@ pub fn compare(
 }
 
 /// Powers of one polarisation by full wave.
+#[derive(Serialize, Deserialize)]
 struct BySource {
     /// A row a bin, a column a source.
     rows: Vec<Vec<f64>>,

@@ -151,7 +151,7 @@ fn power_is_accounted_for_and_models_are_compared() {
         (&section, &[Model::FullWave, Model::Hybrid, Model::Rays][..]),
         (&smooth, &[Model::FullWave, Model::Rays][..]),
     ] {
-        let comparison = compare(dome, &request, |_| Ok(())).unwrap();
+        let comparison = compare(dome, &request, None, |_| Ok(())).unwrap();
         assert!(comparison.balance < 1e-6, "{:e}", comparison.balance);
         assert!(comparison.far_fields.iter().map(|far| far.model).eq(models.iter().copied()));
         for far in &comparison.far_fields {

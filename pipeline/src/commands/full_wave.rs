@@ -24,11 +24,12 @@ use runtime::atomic_file::{supersede, write_bytes, write_json};
 use runtime::content_hash::sealed;
 use runtime::provenance::FileRecord;
 use runtime::run_context::RunContext;
+use runtime::store::Store;
 use simulate::scene::index_about_domes;
 use simulate::scene_check;
 
-use super::arguments::{finite, paths, whole};
-use super::outputs::writable;
+use super::arguments::{cache, finite, paths, whole};
+use super::outputs::{checkpoints, writable};
 
 /// Share of the free memory that is taken without `--memory-gib`.
 const MEMORY_SHARE: f64 = 0.6;
@@ -37,11 +38,11 @@ const MEMORY_SHARE: f64 = 0.6;
 const KERNELS_PER_SECOND: f64 = 1.2e7;
 const OPERATIONS_PER_SECOND: f64 = 1.2e11;
 const OTHER_OPERATIONS_PER_SECOND: f64 = 4e10;
-/// Operations of a source over the square of the unknowns of a matrix: two solutions, a residual, and a far
-/// field whose angles grow with the unknowns.
-const OPERATIONS_OF_SOURCE: f64 = 37.0;
-/// Seconds beyond which fewer rings are taken by default.
+/// Operations of a source over the square of the unknowns: a far field whose angles grow with them.
+const OPERATIONS_OF_SOURCE: f64 = 12.0;
+/// Seconds beyond which fewer rings are taken by default, and from which finished parts are kept.
 const DEFAULT_SECONDS: f64 = 600.0;
+const KEPT_SECONDS: f64 = 30.0;
 /// Tables of the far fields and their picture, beside [`FILE`].
 const TABLE: &str = "far_field.csv";
 const PICTURE: &str = "far_field.png";
@@ -137,10 +138,13 @@ fn compute(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> Re
         context.console.say(what);
         Ok(context.interrupt.check()?)
     };
-    let comparison = compare(&section, &request, step)?;
+    let cache = cache(None, &arguments.out);
+    let cache = Some(&cache).filter(|_| seconds(&bodies, arguments.sources) > KEPT_SECONDS);
+    let store = checkpoints(cache, context)?;
+    let comparison = compare(&section, &request, store.as_ref(), step)?;
     let of_smooth_dome = |what: &str| step(&format!("smooth dome: {what}"));
     let baseline = (!section.is_smooth())
-        .then(|| compare(&section.smooth(), &request, of_smooth_dome))
+        .then(|| compare(&section.smooth(), &request, store.as_ref(), of_smooth_dome))
         .transpose()?;
     let compared = [Some(&comparison), baseline.as_ref()];
     let path = |name: &str| arguments.out.join(name);
@@ -157,6 +161,7 @@ fn compute(design: &Design, arguments: &FullWaveArgs, context: RunContext) -> Re
     json["verdict"] = file.verdict().into();
     let json = sealed(json)?;
     write_json(&path(FILE), &json)?;
+    store.iter().for_each(Store::finish);
     context
         .console
         .result(&json, || format!("{}\nwritten to {}", table(&file), arguments.out.display()))
@@ -179,7 +184,8 @@ fn resolution(arguments: &FullWaveArgs) -> Result<Resolution> {
         (1e-10..=1e-3).contains(&tolerance),
         "--tolerance: expected 1e-10 to 1e-3, got {tolerance:e}"
     );
-    let needed = Resolution::within(tolerance).nodes_per_wavelength;
+    let within = Resolution::within(tolerance);
+    let needed = within.nodes_per_wavelength;
     let nodes = arguments.nodes.unwrap_or(needed);
     ensure!(
         (needed..=40.0).contains(&nodes),
@@ -187,7 +193,7 @@ fn resolution(arguments: &FullWaveArgs) -> Result<Resolution> {
     );
     let free = || MEMORY_SHARE * free_bytes().min(1e15);
     let max_bytes = arguments.memory_gib.map_or_else(free, |gib| gib * f64::from(1 << 30));
-    Ok(Resolution { nodes_per_wavelength: nodes, max_bytes })
+    Ok(Resolution { nodes_per_wavelength: nodes, max_bytes, ..within })
 }
 
 /// The relief of the design at the size asked for, or at the largest that fits.
@@ -278,8 +284,7 @@ fn seconds(bodies: &[Body], sources: usize) -> f64 {
     let threads = rayon::current_num_threads() as f64;
     let core = |body: &Body| {
         let size = body.cost();
-        let pairs = (size.unknowns as f64).powi(2) * size.matrices as f64;
-        let of_sources = OPERATIONS_OF_SOURCE * pairs * sources as f64;
+        let of_sources = OPERATIONS_OF_SOURCE * (size.unknowns as f64).powi(2) * sources as f64;
         size.kernels / KERNELS_PER_SECOND
             + size.operations / OPERATIONS_PER_SECOND
             + of_sources / OTHER_OPERATIONS_PER_SECOND
@@ -290,13 +295,15 @@ fn seconds(bodies: &[Body], sources: usize) -> f64 {
 fn plan(section: &Section, bodies: &[Body], sources: usize) -> String {
     let size = bodies[0].cost();
     format!(
-        "{} {} of {:.2} um, radius {:.1} um, {:.1} nm: {} unknowns, {:.2} GiB, full wave takes some {:.0} s",
+        "{} {} of {:.2} um, radius {:.1} um, {:.1} nm: {} unknowns reduced to some {}, {:.2} GiB, full wave takes \
+         some {:.0} s",
         section.rings(),
         if section.is_smooth() { "smooth rings" } else { "rings" },
         section.ring_width_um(),
         section.radius_um(),
         1e3 * section.wavelength_um,
         size.unknowns,
+        size.reduced,
         size.bytes / f64::from(1 << 30),
         seconds(bodies, sources) + 5.0
     )
