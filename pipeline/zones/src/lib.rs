@@ -14,6 +14,7 @@
 
 pub mod map_receiver;
 mod panel;
+pub mod panel_colour;
 pub mod places;
 pub mod reference;
 mod responses;
