@@ -118,9 +118,9 @@ impl Place {
 
     /// Levels that come nearest to `wanted`, X, Y and Z, and what they show.
     pub fn show(&self, wanted: [f64; 3]) -> Shown {
-        let light = [0, 1, 2].map(|k| wanted[k] - self.dark[k]);
-        /// Levels beyond 0 and 1 by so little are rounding.
+        /// Levels beyond 0 and 1, and light off the wanted one, by so little are rounding.
         const ROUNDING: f64 = 1e-9;
+        let light = [0, 1, 2].map(|k| wanted[k] - self.dark[k]);
         let levels = inverse(&self.span).map(|inverse| apply(&inverse, light));
         let is_within = |level: &f64| (-ROUNDING..=1.0 + ROUNDING).contains(level);
         if let Some(levels) = levels.filter(|levels| levels.iter().all(is_within)) {
@@ -128,7 +128,11 @@ impl Place {
             return Shown { levels, xyz: self.at(levels), is_clipped: false };
         }
         let levels = nearest(&self.span, light);
-        Shown { levels, xyz: self.at(levels), is_clipped: true }
+        let xyz = self.at(levels);
+        let size: f64 = (0..3).map(|k| wanted[k].abs() + self.dark[k]).sum();
+        // Parallel columns reach some colours in many ways.
+        let is_clipped = (0..3).any(|k| (xyz[k] - wanted[k]).abs() > ROUNDING * size);
+        Shown { levels, xyz, is_clipped }
     }
 
     /// The mean of two, with this part of the second.
