@@ -93,6 +93,11 @@ fn children([i, j]: [usize; 2], level: &Level) -> impl Iterator<Item = [usize; 2
     (2 * j..ends[1]).flat_map(move |j| (2 * i..ends[0]).map(move |i| [i, j]))
 }
 
+/// Middle of a bin of so many, from the middle of all, mm.
+fn middle(bin: usize, count: usize, bin_mm: f64) -> f64 {
+    (bin as f64 + 0.5 - 0.5 * count as f64) * bin_mm
+}
+
 /// A display before an eye.
 pub struct Glare {
     /// Bins, then ever larger nodes up to one.
@@ -122,14 +127,9 @@ impl Glare {
         distance_mm: f64,
         observer: Observer,
     ) -> Self {
-        let bin = |(k, luminance): (usize, &f64)| {
-            let middle = |axis: usize, at: usize, count: usize| {
-                (at as f64 + 0.5 - 0.5 * count as f64) * bin_mm[axis]
-            };
-            Node {
-                light: luminance.max(0.0) * bin_mm[0] * bin_mm[1],
-                at_mm: [middle(0, k % columns, columns), middle(1, k / columns, rows)],
-            }
+        let bin = |(k, luminance): (usize, &f64)| Node {
+            light: luminance.max(0.0) * bin_mm[0] * bin_mm[1],
+            at_mm: [middle(k % columns, columns, bin_mm[0]), middle(k / columns, rows, bin_mm[1])],
         };
         let nodes = luminance.iter().enumerate().map(bin).collect();
         let mut levels = vec![Level { columns, rows, nodes }];
@@ -152,9 +152,17 @@ impl Glare {
         (0..nodes.len()).map(of).sum()
     }
 
-    /// The same of many places.
-    pub fn veils(&self, places_mm: &[[f64; 2]]) -> Vec<f64> {
-        places_mm.par_iter().map(|at| self.veil(*at)).collect()
+    /// The veil over the middle of each bin that `is_read`; 0 elsewhere.
+    pub fn veils(&self, is_read: impl Fn(usize) -> bool + Sync) -> Vec<f64> {
+        let Level { columns, rows, nodes } = &self.levels[0];
+        let of = |bin: usize| {
+            if !is_read(bin) {
+                return 0.0;
+            }
+            let at = [(bin % columns, columns), (bin / columns, rows)];
+            self.veil([0, 1].map(|k| middle(at[k].0, *at[k].1, self.bin_mm[k])))
+        };
+        (0..nodes.len()).into_par_iter().map(of).collect()
     }
 
     fn of_node(&self, gaze: &Gaze, level: usize, [i, j]: [usize; 2]) -> f64 {
@@ -309,7 +317,11 @@ mod tests {
         let observer = Observer::default();
         let glare = Glare::new(&luminance, size, bin, 700.0, observer);
         let places = [[2.0, 2.0], [-300.0, 170.0], [101.0, -3.0], [317.9, -177.9]];
-        for (place, found) in places.iter().zip(glare.veils(&places)) {
+        let of_bins = glare.veils(|bin| bin == 45 * 160 + 80);
+        assert_eq!(of_bins[45 * 160 + 80].to_bits(), glare.veil(places[0]).to_bits());
+        assert_eq!(of_bins.iter().filter(|veil| **veil > 0.0).count(), 1);
+        for place in &places {
+            let found = glare.veil(*place);
             let gaze = Gaze {
                 at_mm: *place,
                 length_mm: (place[0].powi(2) + place[1].powi(2) + 700f64.powi(2)).sqrt(),
