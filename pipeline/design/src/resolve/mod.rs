@@ -19,6 +19,7 @@ mod led;
 mod light;
 mod luminescence;
 mod package;
+mod panel;
 mod polariser;
 mod positions;
 mod prints;
@@ -131,6 +132,7 @@ impl Design {
             sources,
             solids,
             prints: Vec::new(),
+            panel: None,
             hybrid: raw.hybrid.clone(),
             trace: raw.trace.clone(),
             files: Files::default(),
@@ -149,6 +151,9 @@ impl Design {
         design.check_observation(&at)?;
         design.receivers = receivers::resolve(&raw.receivers, &design, source_file.as_ref(), &at)?;
         design.check_relief(&at)?;
+        let lights = design.colour_lights();
+        let panel = raw.panel.as_ref().map(|raw| panel::resolve(raw, &lights, folder, &at));
+        design.panel = panel.transpose()?;
         luminescence::check(&design, raw, &at)?;
         light::check_ends(&design, raw, Self::check_relief, &at)?;
         let tables = luminescence::check_tables(&design, &at)
