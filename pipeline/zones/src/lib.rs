@@ -19,6 +19,7 @@ pub mod colour;
 pub mod levels;
 pub mod map_receiver;
 mod panel;
+pub mod panel_colour;
 pub mod places;
 pub mod reference;
 mod responses;
