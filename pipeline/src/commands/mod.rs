@@ -27,4 +27,5 @@ pub mod shell;
 pub mod study;
 pub mod submit;
 pub mod tolerance;
+mod zone_inputs;
 pub mod zones;

@@ -41,8 +41,8 @@ use runtime::key::Key;
 use runtime::run_context::RunContext;
 use runtime::store::Store;
 
-use self::map_receiver::{Frame, MapReceiver};
 use self::colour::{ColourFigures, PictureOnPanel};
+use self::map_receiver::{Frame, MapReceiver};
 use self::panel::{Cells, Panel};
 use self::places::Places;
 use self::reference::{Reference, sum_of};
@@ -274,7 +274,8 @@ impl<'a> ZonedDesign<'a> {
         let white = JackknifedFigure::new(reference.white[groups], without.to_vec()).estimate();
         // The bound of the bias at full drive, and at that of the pattern.
         let beyond = reference.beyond.as_ref().map_or(0.0, reference::Beyond::bound);
-        let bias = beyond * white.value * pattern.drives.iter().flatten().copied().fold(0.0, f64::max);
+        let bias =
+            beyond * white.value * pattern.drives.iter().flatten().copied().fold(0.0, f64::max);
         let biased = |estimate: Estimate, bias: f64| {
             if bias > 0.0 { estimate.with_bias(bias) } else { estimate }
         };
@@ -319,7 +320,7 @@ impl<'a> ZonedDesign<'a> {
             *value *= factor;
         }
         reference.scale(factor, beyond);
-        let colours = shown.colours.map(|sums| sums.figures(&self.frame, factor));
+        let colours = shown.colours.map(|sums| sums.figures(factor));
         Ok(Dimmed {
             responses: array.responses.count(),
             colours,

@@ -67,7 +67,8 @@ impl Part {
                 let seen = light.light.seen_through(&nm, filter).into_iter();
                 seen.map(|xyz| xyz.map(|value| value * light.emitted_w)).collect()
             };
-            let behind: Vec<_> = filters.iter().map(|filter| through(&|nm| filter.at(nm))).collect();
+            let behind: Vec<_> =
+                filters.iter().map(|filter| through(&|nm| filter.at(nm))).collect();
             for (k, xyz) in through(&|_| 1.0).into_iter().enumerate() {
                 let behind = behind.iter().map(|all| all[k]).collect();
                 parts.push(Self { channel: design.channel_of(light), xyz, behind });
@@ -172,7 +173,8 @@ impl Responses {
                 known
             } else {
                 let (name, of) = (&design.name, traced.len());
-                let what = format!("{name} {}, response {} of {of}", model.key(design), response + 1);
+                let what =
+                    format!("{name} {}, response {} of {of}", model.key(design), response + 1);
                 let at = RunContext { seed, ..context };
                 let kept = match parts {
                     None => vec![trace(&mut traces, &lit, (receiver, model), &what, at)?],
@@ -183,7 +185,8 @@ impl Responses {
                 store.take_error()?;
                 kept
             };
-            let block = |kept: &Traced| Block::new(receiver.frame.bins, &kept.groups, kept.one_path);
+            let block =
+                |kept: &Traced| Block::new(receiver.frame.bins, &kept.groups, kept.one_path);
             blocks.push(kept.iter().map(block).collect());
             keys.push(key.hex().to_owned());
         }

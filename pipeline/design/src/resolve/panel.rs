@@ -33,7 +33,8 @@ pub(crate) fn resolve(
         if !lights.lights.iter().any(|light| light.light.passes(&|nm| found.at(nm))) {
             let [from, to] = [0, found.wavelength_nm.len() - 1].map(|k| found.wavelength_nm[k]);
             let got = format!("rows from {from} to {to} nm");
-            let expected = format!("a filter that passes visible light of the sources: {}", ranges(lights));
+            let expected =
+                format!("a filter that passes visible light of the sources: {}", ranges(lights));
             return Err(at.value(&format!("{table}.transmittance"), got, &expected));
         }
         Ok(found)

@@ -153,11 +153,7 @@ impl ColouredRays {
     }
 
     /// As [`super::Spectrum::tristimulus`], for 1 W of all rays.
-    pub(super) fn seen_through(
-        &self,
-        nodes: &[f64],
-        filter: &dyn Fn(f64) -> f64,
-    ) -> Vec<[f64; 3]> {
+    pub(super) fn seen_through(&self, nodes: &[f64], filter: &dyn Fn(f64) -> f64) -> Vec<[f64; 3]> {
         shares::tristimulus(nodes, self.flux.iter().copied(), filter)
     }
 
