@@ -164,9 +164,9 @@ pub fn drives(
     zoned: &ZonedDesign,
     texts: &Texts,
 ) -> Result<Drives> {
-    let read = |path: &Path| -> Result<(LevelImage, FileRecord)> {
+    let read = |path: &Path, may_be_dark: bool| -> Result<(LevelImage, FileRecord)> {
         let (image, record) = levels(path, texts)?;
-        zoned.check_drives(&image, &record.file)?;
+        zoned.check_drives(&image, &record.file, may_be_dark)?;
         Ok((image, record))
     };
     if let [one] = stated {
@@ -180,7 +180,7 @@ pub fn drives(
                     return by_colour(&image, record, channels, zoned);
                 }
             }
-            let (grey, record) = read(path)?;
+            let (grey, record) = read(path, false)?;
             let levels = vec![grey.levels.clone(); channels.len()];
             return Ok(Drives { levels, grey: Some(grey), inputs: vec![record] });
         }
@@ -196,7 +196,7 @@ pub fn drives(
             bail!("--pattern: expected a channel of the design ({}), got {name:?}", known());
         };
         ensure!(by_channel[number].is_none(), "--pattern: expected one file for {name:?}, got two");
-        let (image, record) = read(Path::new(file))?;
+        let (image, record) = read(Path::new(file), true)?;
         by_channel[number] = Some(image.levels);
         inputs.push(record);
     }
@@ -204,7 +204,12 @@ pub fn drives(
     if let Some((name, _)) = missing {
         bail!("--pattern: expected a file for each channel ({}), got none for {name:?}", known());
     }
-    Ok(Drives { levels: by_channel.into_iter().flatten().collect(), grey: None, inputs })
+    let levels: Vec<Vec<f64>> = by_channel.into_iter().flatten().collect();
+    ensure!(
+        levels.iter().flatten().any(|drive| *drive > 0.0),
+        "--pattern: expected a drive above 0 in a zone of a channel, got none"
+    );
+    Ok(Drives { levels, grey: None, inputs })
 }
 
 /// Red, green and blue of a picture as drives of these channels.
@@ -224,12 +229,11 @@ fn by_colour(
             channels.join(", ")
         )
     })?;
-    let size = LevelImage { levels: vec![1.0; image.levels.len()], ..image.plane(0) };
-    zoned.check_drives(&size, &record.file)?;
-    let levels: Vec<Vec<f64>> = planes.iter().map(|plane| image.plane(*plane).levels).collect();
-    let all = LevelImage { levels: levels.concat(), ..size };
+    let images: Vec<LevelImage> = planes.iter().map(|plane| image.plane(*plane)).collect();
+    images.iter().try_for_each(|image| zoned.check_drives(image, &record.file, true))?;
+    let levels: Vec<Vec<f64>> = images.into_iter().map(|image| image.levels).collect();
     ensure!(
-        all.levels.iter().any(|level| *level > 0.0),
+        levels.iter().flatten().any(|level| *level > 0.0),
         "`{}`: --pattern: expected a drive above 0 in a zone, got none",
         record.file
     );

@@ -36,7 +36,7 @@ use simulate::model::Model;
 use simulate::scene_check;
 use simulate::warnings::warnings;
 use zones::colour::{ColourEstimate, ColourFigures, FullDrive, PictureLight, painted};
-use zones::levels::{Needs, Rule, from_picture, power_share};
+use zones::levels::{Needs, Rule, check_size, from_picture, power_share};
 use zones::reference::SHARES;
 use zones::{Array, Dimmed, Pattern, Request, ZonedDesign};
 
@@ -232,12 +232,10 @@ impl<'a> Command<'a> {
         let drives = (!stated.is_empty()).then(|| drives(stated, &channels, zoned, texts));
         let drives = drives.transpose()?;
         let file = &design.provenance.file;
-        for (key, is_given) in [("--white", arguments.white.is_some())] {
-            ensure!(
-                !is_given || zoned.has_colours(),
-                "{key}: expected a design with several channels of [[sources]] or [panel] sub_pixels, got `{file}` without"
-            );
-        }
+        ensure!(
+            arguments.white.is_none() || zoned.has_colours(),
+            "--white: expected a design with several channels of [[sources]] or [panel] sub_pixels, got `{file}` without"
+        );
         ensure!(
             !(arguments.direct && zoned.has_colours()),
             "--direct: expected none with channels or [panel] sub_pixels"
@@ -258,10 +256,15 @@ impl<'a> Command<'a> {
             pictures,
         };
         command.inputs.extend(command.drives.iter().flat_map(|drives| drives.inputs.clone()));
+        if let Some(white) = arguments.white {
+            // Before anything is traced: channels keep their colours on their way, but for dispersion.
+            let mut drive = zoned.emitted_drive(command.contrast);
+            drive.levels(white, &channels).with_context(|| file.clone())?;
+        }
         // All are read before anything is traced or written.
         let mut size = None;
-        for path in &command.pictures {
-            let (picture, record) = command.picture(path)?;
+        for (number, path) in command.pictures.iter().enumerate() {
+            let (picture, record) = command.picture(path, number > 0)?;
             let found = match &picture {
                 Picture::Grey(image) => [image.columns, image.rows],
                 Picture::Colours(image, _) => [image.columns, image.rows],
@@ -274,6 +277,9 @@ impl<'a> Command<'a> {
                 found[0],
                 found[1]
             );
+            if arguments.levels.is_some() {
+                check_size(found, zoned.zones, &record.file)?;
+            }
             command.inputs.push(record);
         }
         Ok(command)
@@ -289,15 +295,18 @@ impl<'a> Command<'a> {
         self.design.emitted.is_some() && unit == Unit::CandelaPerSquareMetre
     }
 
-    /// The picture in a file.
-    fn picture(&self, path: &Path) -> Result<(Picture, FileRecord)> {
+    /// The picture in a file; of a film some may be dark.
+    fn picture(&self, path: &Path, may_be_dark: bool) -> Result<(Picture, FileRecord)> {
         if !self.has_sub_pixels() {
             let (image, record) = levels(path, self.texts)?;
-            check_lit(image.levels.iter().any(|level| *level > 0.0), &record.file)?;
+            check_lit(may_be_dark || image.levels.iter().any(|level| *level > 0.0), &record.file)?;
             return Ok((Picture::Grey(image), record));
         }
         let (image, record) = colours(path, self.texts)?;
-        check_lit(image.levels.iter().flatten().any(|level| *level > 0), &record.file)?;
+        check_lit(
+            may_be_dark || image.levels.iter().flatten().any(|level| *level > 0),
+            &record.file,
+        )?;
         Ok((self.coloured(image, &record.file)?, record))
     }
 
@@ -340,13 +349,19 @@ impl<'a> Command<'a> {
             array.set(&drive);
             full = Some((drive, levels));
         }
-        supersede(&out.join(FILE))?;
         let (mut first, mut film) = (None, Vec::new());
         for number in 0..self.pictures.len().max(1) {
             context.interrupt.check()?;
             let path = self.pictures.get(number);
             let frame =
                 self.frame(path.map(PathBuf::as_path), &array, full.as_ref(), &cache, context)?;
+            if first.is_none() {
+                ensure!(
+                    frame.drives.iter().flatten().any(|drive| *drive > 0.0),
+                    "--levels: expected a rule by which the first picture lights a zone, got drives of 0 alone"
+                );
+                supersede(&out.join(FILE))?;
+            }
             if let Some(path) = path.filter(|_| is_film) {
                 let name = path.file_name().unwrap_or_default();
                 context.console.say(&format!(
@@ -431,7 +446,9 @@ impl<'a> Command<'a> {
         context: RunContext,
     ) -> Result<Frame> {
         let (picture, file) = match path {
-            Some(path) => self.picture(path).map(|(picture, record)| (picture, record.file))?,
+            Some(path) => {
+                self.picture(path, true).map(|(picture, record)| (picture, record.file))?
+            }
             None => {
                 let grey = self.drives.as_ref().and_then(|drives| drives.grey.clone());
                 let grey = grey.context("--picture: expected one, got none")?;
@@ -468,7 +485,7 @@ impl<'a> Command<'a> {
                 needs = Some(of);
                 let limit = self.arguments.power_limit;
                 let (rule, zones) = ((rule, of), self.zoned.zones);
-                from_picture((&picture, &file), zones, rule, (&powers, limit))?
+                from_picture(&picture, zones, rule, (&powers, limit))
             }
         };
         let on_panel = match (&light, full, space) {
@@ -534,7 +551,10 @@ impl<'a> Command<'a> {
             of_panel.map(|panel| panel[0].value),
             of_panel.map(|panel| panel[1].value),
         ];
-        let text = |number: Option<f64>| number.map_or_else(String::new, |n| format!("{n:?}"));
+        let text = |number: Option<f64>| {
+            let number = number.filter(|number| number.is_finite());
+            number.map_or_else(String::new, |number| format!("{number:?}"))
+        };
         std::iter::once(name.to_owned()).chain(numbers.map(text)).collect()
     }
 

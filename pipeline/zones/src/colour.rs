@@ -18,7 +18,7 @@ use metrics::transfer::Transfer;
 use metrics::{Estimate, JackknifedFigure, chromaticity, itp};
 use runtime::run_context::RunContext;
 
-use super::Array;
+use super::{Array, ZonedDesign};
 use super::levels::Needs;
 use super::map_receiver::Frame;
 use super::panel_colour::{Account, Backlight, PictureColours, Place, SubPixels};
@@ -211,6 +211,22 @@ pub struct FullDrive {
     factor: f64,
 }
 
+impl ZonedDesign<'_> {
+    /// The panel before channels whose light comes as it is emitted.
+    pub fn emitted_drive(&self, contrast: f64) -> FullDrive {
+        let parts = self.parts.clone().unwrap_or_else(Part::whole);
+        let means = vec![vec![1.0; 3]; parts.len()];
+        let sub_pixels = closed(self.design.panel.as_ref(), contrast);
+        FullDrive { means, parts, sub_pixels, factor: 1.0 }
+    }
+}
+
+/// What each sub-pixel passes closed, over open; `None` without sub-pixels.
+fn closed(panel: Option<&Panel>, contrast: f64) -> Option<[f64; 3]> {
+    let panel = panel.filter(|panel| !panel.sub_pixels.is_empty())?;
+    Some([0, 1, 2].map(|s| panel.sub_pixels[s].black.unwrap_or(1.0 / contrast)))
+}
+
 impl Array<'_> {
     /// Means over the panel at full drive, from the cache or computed.
     ///
@@ -224,9 +240,7 @@ impl Array<'_> {
     ) -> Result<FullDrive> {
         let of = json!({"means of": self.parts.len()});
         let means = self.kept(&of, cache, context, || self.means_of_parts())?;
-        let sub_pixels = panel
-            .filter(|panel| !panel.sub_pixels.is_empty())
-            .map(|panel| [0, 1, 2].map(|s| panel.sub_pixels[s].black.unwrap_or(1.0 / contrast)));
+        let sub_pixels = closed(panel, contrast);
         Ok(FullDrive {
             means,
             parts: self.parts.clone(),

@@ -73,25 +73,14 @@ impl Needs {
 }
 
 /// Levels of `zones` for each of the channels, whose shares of the power at full white are `powers`;
-/// at most `limit` of it. The picture was read from `file`.
-///
-/// # Errors
-/// Fewer pixels than zones.
+/// at most `limit` of it. There are no fewer pixels than zones ([`check_size`]).
 pub fn from_picture(
-    (picture, file): (&PictureLight, &str),
+    picture: &PictureLight,
     zones: [usize; 2],
     (rule, needs): (Rule, Needs),
     (powers, limit): (&[f64], f64),
-) -> Result<Vec<Vec<f64>>> {
+) -> Vec<Vec<f64>> {
     let size = [picture.columns, picture.rows];
-    ensure!(
-        (0..2).all(|k| size[k] >= zones[k]),
-        "`{file}`: --levels: expected a pixel or more in every zone of {} x {}, got {} x {} pixels",
-        zones[0],
-        zones[1],
-        size[0],
-        size[1]
-    );
     // Pixels from the first to the last whose middle lies in a zone.
     let range = |k: usize, zone: usize| {
         let first = |zone: usize| ((zone * size[k]) as f64 / zones[k] as f64 - 0.5).ceil() as usize;
@@ -120,11 +109,23 @@ pub fn from_picture(
             *level = 0.0;
         }
     }
+    levels
+}
+
+/// Refuses a picture from `file` with a zone without pixels.
+///
+/// # Errors
+/// Fewer pixels than zones along an axis.
+pub fn check_size(size: [usize; 2], zones: [usize; 2], file: &str) -> Result<()> {
     ensure!(
-        levels.iter().flatten().any(|level| *level > 0.0),
-        "`{file}`: --levels: expected a picture that lights a zone, got levels of 0 alone"
+        (0..2).all(|k| size[k] >= zones[k]),
+        "`{file}`: --levels: expected a pixel or more in every zone of {} x {}, got {} x {} pixels",
+        zones[0],
+        zones[1],
+        size[0],
+        size[1]
     );
-    Ok(levels)
+    Ok(())
 }
 
 /// Power over that of full white.
@@ -145,8 +146,7 @@ mod tests {
         let xyz = levels.map(|level| [level; 3]).to_vec();
         let picture = PictureLight { columns: 4, rows: 2, xyz };
         let of = |rule, limit| {
-            let found = from_picture((&picture, "p"), [2, 1], (rule, Needs::GREY), (&[1.0], limit));
-            found.expect("enough pixels").concat()
+            from_picture(&picture, [2, 1], (rule, Needs::GREY), (&[1.0], limit)).concat()
         };
         for (rule, expected) in [
             (Rule::Max, [1.0, 0.6]),
@@ -162,7 +162,7 @@ mod tests {
         // Half of the power: the mean of 1.0 and 0.6 is 0.8.
         let found = of(Rule::Max, 0.4);
         assert!((found[0] - 0.5).abs() < 1e-7 && (found[1] - 0.3).abs() < 1e-7, "{found:?}");
-        let few = from_picture((&picture, "p"), [2, 4], (Rule::Max, Needs::GREY), (&[1.0], 1.0));
+        let few = check_size([4, 2], [2, 4], "p");
         assert!(few.expect_err("too few").to_string().contains("got 4 x 2 pixels"));
     }
 }

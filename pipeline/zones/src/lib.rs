@@ -195,12 +195,12 @@ impl<'a> ZonedDesign<'a> {
         self.parts.is_some()
     }
 
-    /// Checks the drives of zones, read from `file`.
+    /// Checks the drives of zones, read from `file`; those of one of several channels may be dark.
     ///
     /// # Errors
     /// Drives of another number than there are zones; none that shines; one so small that the squares
     /// of what it lights are lost.
-    pub fn check_drives(&self, drives: &LevelImage, file: &str) -> Result<()> {
+    pub fn check_drives(&self, drives: &LevelImage, file: &str, may_be_dark: bool) -> Result<()> {
         let [columns, rows] = self.zones;
         ensure!(
             [drives.columns, drives.rows] == self.zones,
@@ -209,7 +209,7 @@ impl<'a> ZonedDesign<'a> {
             drives.rows
         );
         ensure!(
-            drives.levels.iter().any(|drive| *drive > 0.0),
+            may_be_dark || drives.levels.iter().any(|drive| *drive > 0.0),
             "`{file}`: --pattern: expected a drive above 0 in a zone, got none"
         );
         let tiny = drives.levels.iter().find(|drive| **drive > 0.0 && **drive < MIN_DRIVE);
