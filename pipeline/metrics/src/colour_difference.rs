@@ -53,30 +53,42 @@ pub const IN_UV: Coordinates = |xyz| uv(xyz).map(|[u, v]| [u, v, 0.0]);
 pub const IN_ITP: Coordinates = |xyz| Some(itp::coordinates(xyz));
 
 /// The largest distance of a point to the last one, with its error, from groups of paths; `None` if a
-/// point is dark in half of them, or of fewer than two points.
+/// point is dark in half of them, or of fewer than two points. Points are best no smaller than what
+/// an eye tells apart, such as zones: every one is read in every half.
 pub fn from_last(values: &Grouped, coordinates: Coordinates) -> Option<Estimate> {
-    let differences = |values: &Tristimulus| -> Option<Vec<[f64; 3]>> {
-        let (points, _) = values.as_chunks::<3>();
-        let (last, points) = points.split_last()?;
-        let last = coordinates(*last)?;
-        let difference = |xyz: &[f64; 3]| {
-            let point = coordinates(*xyz)?;
-            Some([0, 1, 2].map(|k| point[k] - last[k]))
-        };
-        points.iter().map(difference).collect()
+    let points = values.total().len() / 3;
+    let at = |values: &Tristimulus, point: usize| {
+        let xyz = values.as_chunks::<3>().0.get(point)?;
+        coordinates(*xyz)
+    };
+    let last = points.checked_sub(1).filter(|last| *last > 0)?;
+    let difference = |values: &Tristimulus, point: usize| {
+        let [a, b] = [at(values, point)?, at(values, last)?];
+        Some([0, 1, 2].map(|k| a[k] - b[k]))
     };
     let product = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
     let pick = |values: &Tristimulus| {
-        let all = differences(values)?.into_iter().enumerate();
-        all.max_by(|(_, a), (_, b)| product(*a, *a).total_cmp(&product(*b, *b)))
+        let origin = at(values, last)?;
+        let mut far = (-1.0, 0, [0.0; 3]);
+        for point in 0..last {
+            let here = at(values, point)?;
+            let along = [0, 1, 2].map(|k| here[k] - origin[k]);
+            let square = product(along, along);
+            if square > far.0 {
+                far = (square, point, along);
+            }
+        }
+        Some((far.1, far.2))
     };
     // Along the difference that was picked.
     let read = |picked: &Option<(usize, [f64; 3])>, values: &Tristimulus| {
-        let (Some((point, along)), Some(all)) = (picked, differences(values)) else {
-            return f64::NAN;
+        let read = || {
+            let (point, along) = (*picked)?;
+            let length = product(along, along).sqrt();
+            let found = difference(values, point)?;
+            Some(if length <= ROUNDING { 0.0 } else { product(found, along) / length })
         };
-        let length = product(*along, *along).sqrt();
-        if length <= ROUNDING { length } else { product(all[*point], *along) / length }
+        read().unwrap_or(f64::NAN)
     };
     Some(picked(values, pick, read)).filter(|found| found.standard_error.is_finite())
 }

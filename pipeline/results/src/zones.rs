@@ -22,6 +22,9 @@ pub const SCHEMA_VERSION: u32 = 1;
 pub const SPREAD: &str = "light_spread.csv";
 /// Files of the maps, without their endings: backlight, and light behind the panel.
 pub const MAPS: [&str; 2] = ["backlight", "panel"];
+/// Pictures in colour, where there are such, without their ending: picture, backlight and panel as
+/// they look, ΔE_ITP of the halo, and that of the panel against the picture.
+pub const COLOUR_PICTURES: [&str; 3] = ["seen", "halo", "error"];
 
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]

@@ -127,9 +127,9 @@ impl Place {
 
     /// Levels that come nearest to `wanted`, X, Y and Z, and what they show.
     pub fn show(&self, wanted: [f64; 3]) -> Shown {
-        let light = [0, 1, 2].map(|k| wanted[k] - self.dark[k]);
-        /// Levels beyond 0 and 1 by so little are rounding.
+        /// Levels beyond 0 and 1, and light off the wanted one, by so little are rounding.
         const ROUNDING: f64 = 1e-9;
+        let light = [0, 1, 2].map(|k| wanted[k] - self.dark[k]);
         let levels = inverse(&self.span).map(|inverse| apply(&inverse, light));
         let is_within = |level: &f64| (-ROUNDING..=1.0 + ROUNDING).contains(level);
         if let Some(levels) = levels.filter(|levels| levels.iter().all(is_within)) {
@@ -137,7 +137,11 @@ impl Place {
             return Shown { levels, xyz: self.at(levels), is_clipped: false };
         }
         let levels = nearest(&self.span, light);
-        Shown { levels, xyz: self.at(levels), is_clipped: true }
+        let xyz = self.at(levels);
+        let size: f64 = (0..3).map(|k| wanted[k].abs() + self.dark[k]).sum();
+        // Parallel columns reach some colours in many ways.
+        let is_clipped = (0..3).any(|k| (xyz[k] - wanted[k]).abs() > ROUNDING * size);
+        Shown { levels, xyz, is_clipped }
     }
 
     /// The mean of two, with this part of the second.
@@ -317,5 +321,204 @@ impl Backlight {
         let at = (pixel as f64 + 0.5) * count as f64 / pixels as f64 - 0.5;
         let at = at.clamp(0.0, (count - 1) as f64);
         (at as usize, at.fract())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    use metrics::gamut::{BT709, BT2020, D65, shares};
+    use tracer::random::{stream, unit};
+
+    /// Filters that pass this part between these wavelengths, and `rest` elsewhere.
+    fn band(low: f64, high: f64, rest: f64) -> impl Fn(f64) -> f64 {
+        move |nm| if (low..high).contains(&nm) { 0.9 } else { rest }
+    }
+
+    /// Lasers at the primaries of BT.2020, in three channels, behind such filters.
+    fn lasers(rest: f64, closed: f64) -> SubPixels {
+        let line = |nm: f64| (vec![(nm, 2.0)], 683.0);
+        let [r, g, b] =
+            [band(580.0, 780.0, rest), band(490.0, 580.0, rest), band(380.0, 490.0, rest)];
+        SubPixels::new(&[line(630.0), line(532.0), line(467.0)], [&r, &g, &b], |_, _| closed)
+    }
+
+    /// Channels of lasers that make the white D65.
+    fn white_light(panel: &SubPixels, luminance: f64) -> Vec<f64> {
+        let open = panel.before(&[1.0, 0.0, 0.0]).white();
+        let of = |c: usize| panel.before(&[0, 1, 2].map(|k| f64::from(k == c))).white();
+        let columns = [open, of(1), of(2)];
+        let matrix = [0, 1, 2].map(|k| columns.map(|column| column[k]));
+        let white = chromaticity::xyz_of_xy(D65).map(|v| luminance * v);
+        apply(&inverse(&matrix).expect("three colours"), white).to_vec()
+    }
+
+    /// X, Y and Z of a laser are those of its wavelength times 683 lm/W and the filter. Behind perfect
+    /// filters the primaries are those of BT.2020, which are monochromatic to three digits; behind
+    /// filters that pass a tenth of the others they cover less.
+    #[test]
+    fn lasers_behind_filters_reach_what_their_spectra_say() {
+        let panel = lasers(0.0, 0.0);
+        let found = panel.before(&[0.0, 2.0, 0.0]).white();
+        let expected = colour_matching::xyz(532.0).map(|v| 2.0 * 683.0 * 0.9 * v);
+        assert!((0..3).all(|k| (found[k] - expected[k]).abs() < 1e-9 * expected[1]), "{found:?}");
+        let coverage = |panel: &SubPixels| {
+            let place = panel.before(&white_light(panel, 500.0));
+            let [in_xy, in_uv] = shares(place.primaries().expect("lit"), &BT2020);
+            [in_xy.coverage, in_uv.coverage]
+        };
+        assert!(coverage(&panel).iter().all(|share| *share > 0.995), "{:?}", coverage(&panel));
+        assert!(coverage(&lasers(0.09, 0.0)).iter().all(|share| *share < 0.8));
+        // The light of channels adds up.
+        let leaky = lasers(0.02, 1e-3);
+        let whole = leaky.before(&[3.0, 1.0, 2.0]).at([0.2, 0.7, 0.4]);
+        let parts = [[3.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]];
+        let parts = parts.map(|light| leaky.before(&light).at([0.2, 0.7, 0.4]));
+        for k in 0..3 {
+            let sum: f64 = parts.iter().map(|part| part[k]).sum();
+            assert!((sum - whole[k]).abs() < 1e-12 * whole[k]);
+        }
+        assert_eq!(panel.before(&[0.0; 3]).primaries(), None);
+    }
+
+    /// The picture of a flat backlight is the wanted one: no code of 8 bits changes where contrast is
+    /// high; with 5000 only black is off, by the light that leaks.
+    #[test]
+    fn a_flat_backlight_shows_the_wanted_picture() {
+        let code = |v: f64| (255.0 * v).round();
+        for (transfer, closed, largest) in [
+            (Transfer::Srgb, 0.0, 0.0),
+            (Transfer::Srgb, 1e-6, 0.0),
+            (Transfer::Gamma(2.2), 0.0, 0.0),
+            (Transfer::Linear, 0.0, 0.0),
+            (Transfer::Pq, 0.0, 0.0),
+            (Transfer::Srgb, 1.0 / 5000.0, 1.0),
+        ] {
+            let panel = lasers(0.01, closed);
+            let full = panel.before(&white_light(&panel, 1.02e4));
+            let colours = PictureColours::new(&BT709, D65, transfer, 1e4);
+            let back = inverse(&colours.to_xyz).expect("primaries");
+            let (mut worst, mut account) = (0.0f64, Account::default());
+            for k in 0..18 * 18 * 18 {
+                let codes = [k % 18, k / 18 % 18, k / 324].map(|c| f64::from(15 * c));
+                let wanted = colours.xyz(codes.map(|code| code / 255.0));
+                let shown = full.show(wanted);
+                account.add(wanted, &shown);
+                let seen = apply(&back, shown.xyz).map(|light| code(transfer.level(light)));
+                worst = (0..3).map(|k| (seen[k] - codes[k]).abs()).fold(worst, f64::max);
+            }
+            assert!(worst <= largest, "{transfer:?} {closed}: {worst}");
+            let share = (account.missing + account.leaking) / account.wanted;
+            assert!(share < 1e-4, "{transfer:?} {closed}: {share}");
+            assert_eq!(account.places, 18 * 18 * 18);
+        }
+        // Its own levels too, in another's linear light.
+        let panel = lasers(0.01, 0.0);
+        let full = panel.before(&white_light(&panel, 300.0));
+        let colours = PictureColours::of_panel(&full, Transfer::Linear);
+        let shown = full.show(colours.xyz([0.25, 0.5, 0.75]));
+        assert!((0..3).all(|k| (shown.levels[k] - 0.25 * (k as f64 + 1.0)).abs() < 1e-12));
+    }
+
+    #[test]
+    fn black_leaks_in_the_colour_of_the_backlight() {
+        let panel = lasers(0.0, 1e-3);
+        let place = panel.before(&white_light(&panel, 400.0));
+        let shown = place.show([0.0; 3]);
+        assert_eq!((shown.levels, shown.is_clipped), ([0.0; 3], true));
+        for k in 0..3 {
+            assert!((place.white()[k] / place.dark[k] - 1000.0).abs() < 1e-9);
+        }
+        let mut account = Account::default();
+        account.add([0.0; 3], &shown);
+        let bright = place.white().map(|v| 2.0 * v);
+        account.add(bright, &place.show(bright));
+        assert_eq!(place.show(bright).levels, [1.0; 3]);
+        let expected = Account {
+            wanted: bright[1],
+            missing: bright[1] - place.white()[1],
+            leaking: place.dark[1],
+            clipped: 2,
+            places: 2,
+        };
+        let mut joined = Account::default();
+        joined.join(&account);
+        assert_eq!((account, joined), (expected, expected));
+    }
+
+    /// Levels out of reach against steepest descent within the box, also of parallel columns: before
+    /// one channel alone, and in the dark.
+    #[test]
+    fn levels_out_of_reach_are_the_least_squares() {
+        let mut rng = stream(41, 0);
+        let mut draw = || unit(&mut rng);
+        for k in 0..400 {
+            let mut span = [0, 1, 2].map(|_| [0, 1, 2].map(|_| draw()));
+            match k % 4 {
+                1 => span = span.map(|[a, ..]| [a, 0.02 * a, 0.01 * a]),
+                2 => span = span.map(|[a, b, _]| [a, b, 0.0]),
+                _ => {}
+            }
+            let wanted = [0, 1, 2].map(|_| 4.0 * draw() - 1.5);
+            let place = Place { dark: [0.0; 3], span };
+            let squares = |levels: [f64; 3]| -> f64 {
+                let seen = place.at(levels);
+                (0..3).map(|k| (seen[k] - wanted[k]).powi(2)).sum()
+            };
+            let found = place.show(wanted);
+            let mut levels = [0.5; 3];
+            for _ in 0..20_000 {
+                let seen = place.at(levels);
+                for s in 0..3 {
+                    let slope: f64 = (0..3).map(|k| span[k][s] * (seen[k] - wanted[k])).sum();
+                    levels[s] = (levels[s] - 0.1 * slope).clamp(0.0, 1.0);
+                }
+            }
+            let (best, reached) = (squares(found.levels), squares(levels));
+            assert!(best <= reached + 1e-12, "{k}: {best} {reached}");
+            assert!(found.levels.iter().all(|level| (0.0..=1.0).contains(level)));
+            assert_eq!(found.is_clipped, best > 1e-12, "{k}: {best}");
+        }
+        assert_eq!(Place { dark: [0.0; 3], span: [[0.0; 3]; 3] }.show([1.0; 3]).xyz, [0.0; 3]);
+        // A red zone shows a wanted white as bright as it can, and a red as wanted.
+        let panel = lasers(0.01, 1e-4);
+        let red = panel.before(&[1.0, 0.0, 0.0]);
+        assert_eq!(red.show([500.0; 3]).levels, [1.0; 3]);
+        let wanted = red.white().map(|v| 0.5 * v);
+        let shown = red.show(wanted).xyz;
+        assert!((0..3).all(|k| (shown[k] - wanted[k]).abs() < 1e-9 * wanted[0]), "{shown:?}");
+    }
+
+    /// A backlight linear over the panel is seen so by every pixel within the middles of its bins.
+    #[test]
+    fn pixels_see_the_backlight_between_bins() {
+        let panel = lasers(0.0, 0.0);
+        let bins = [5, 3];
+        let light = |x: f64, y: f64| [1.0 + x, 2.0 + y, 1.0];
+        let places = (0..15).map(|k| {
+            let middle = |k: usize, count: usize| (k as f64 + 0.5) / count as f64;
+            panel.before(&light(middle(k % 5, 5), middle(k / 5, 3)))
+        });
+        let backlight = Backlight::new(bins, places.collect());
+        let read = |row: usize, shown: &[([f64; 3], Shown)]| (row, shown.to_vec());
+        let bright = |_, _| [1e9; 3];
+        let rows = backlight.show([20, 12], bright, read);
+        for (row, shown) in &rows {
+            for (column, (_, shown)) in shown.iter().enumerate() {
+                let clamp = |at: f64, count: f64| at.clamp(0.5 / count, 1.0 - 0.5 / count);
+                let x = clamp((column as f64 + 0.5) / 20.0, 5.0);
+                let y = clamp((*row as f64 + 0.5) / 12.0, 3.0);
+                let expected = panel.before(&light(x, y)).white();
+                for k in 0..3 {
+                    assert!((shown.xyz[k] / expected[k] - 1.0).abs() < 1e-12, "{column} {row}");
+                }
+            }
+        }
+        let order: Vec<usize> = rows.iter().map(|(row, _)| *row).collect();
+        assert_eq!(order, (0..12).collect::<Vec<_>>());
+        // One bin lights all.
+        let one = Backlight::new([1, 1], vec![panel.before(&[1.0; 3])]);
+        assert_eq!(one.show([2, 1], bright, |_, shown| shown[0].1 == shown[1].1), [true]);
     }
 }
