@@ -28,4 +28,5 @@ pub mod study;
 pub mod submit;
 pub mod tolerance;
 mod zone_inputs;
+mod zone_pictures;
 pub mod zones;

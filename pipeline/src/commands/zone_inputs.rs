@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Patterns and pictures of `batwing zones`, and parsers of its options.
+//! Options of `batwing zones` with their parsers, and readers of its patterns and pictures.
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use clap::ValueEnum;
+use clap::{Args, ValueEnum};
 
 use experiment::checked_file::Texts;
 use formats::level_image::{ColourImage, LevelImage};
@@ -15,8 +15,89 @@ use runtime::provenance::FileRecord;
 use zones::ZonedDesign;
 use zones::levels::Rule;
 
+use super::arguments::{ModelChoice, paths};
+
 /// Channels that red, green and blue of a picture drive.
 const COLOURS: [&str; 3] = ["red", "green", "blue"];
+
+/// `batwing zones`.
+#[derive(Debug, Args)]
+pub struct ZonesArgs {
+    /// Design file
+    #[arg(value_name = "DESIGN.toml")]
+    pub design: PathBuf,
+    /// Drives of the zones from 0 to 1: rows of numbers, or a PNG; the first row is the top. Once for
+    /// all channels, or CHANNEL=FILE for each
+    #[arg(long, value_name = "FILE", required_unless_present = "levels")]
+    pub pattern: Vec<String>,
+    /// White of the panel at full drive, which the levels of three channels give with the most light:
+    /// x and y, or a temperature of daylight, below 4000K of a radiator [default: all channels at 1]
+    #[arg(long, value_name = "X,Y|KELVIN", value_parser = white)]
+    pub white: Option<[f64; 2]>,
+    /// Drives from the picture in place of a pattern: max, mean, rms or percentile=P of what the
+    /// pixels of a zone need
+    #[arg(
+        long,
+        value_name = "RULE",
+        requires = "picture",
+        conflicts_with = "pattern",
+        value_parser = rule
+    )]
+    pub levels: Option<Rule>,
+    /// Largest power of these drives over that of full white, which lowers them all
+    #[arg(long, value_name = "SHARE", requires = "levels", default_value_t = 1.0, value_parser = share)]
+    pub power_limit: f64,
+    /// Zones, which divide the packages evenly [default: one for each package]
+    #[arg(
+        long,
+        value_name = "COLUMNSxROWS",
+        allow_hyphen_values = true,
+        value_parser = columns_and_rows
+    )]
+    pub zones: Option<[usize; 2]>,
+    /// Packages of a larger array, for which those of the design stand [default: those of the
+    /// design]
+    #[arg(
+        long,
+        value_name = "COLUMNSxROWS",
+        allow_hyphen_values = true,
+        value_parser = columns_and_rows
+    )]
+    pub packages: Option<[usize; 2]>,
+    /// Plane or luminance receiver of the design [default: the plane of `[receiver]`]
+    #[arg(long, value_name = "NAME")]
+    pub receiver: Option<String>,
+    /// Largest over smallest transmittance of the panel [default: that of [panel], else 5000]
+    #[arg(long, value_name = "C", value_parser = contrast)]
+    pub contrast: Option<f64>,
+    /// Picture that the panel shows, in a form of the pattern and of any size, with sub-pixels in
+    /// colours; of a folder all PNG files by name [default: the pattern]
+    #[arg(long, value_name = "FILE")]
+    pub picture: Option<PathBuf>,
+    /// Light of the levels of a picture on sub-pixels: srgb, linear, pq or gamma=G [default: that of
+    /// the file, else srgb; linear of grey]
+    #[arg(long, value_name = "NAME", value_parser = transfer)]
+    pub transfer: Option<Transfer>,
+    /// Primaries of a picture on sub-pixels [default: those of the file, else bt709]
+    #[arg(long, value_enum)]
+    pub gamut: Option<PictureGamut>,
+    /// How to compute the responses
+    #[arg(long, value_enum, default_value = "geometric")]
+    pub model: ModelChoice,
+    /// Paths of each response, instead of the design's trace.paths
+    #[arg(long, value_name = "N", value_parser = paths)]
+    pub paths: Option<u64>,
+    /// Also trace the pattern itself, and compare
+    #[arg(long, conflicts_with = "packages")]
+    pub direct: bool,
+    /// Directory for the results
+    #[arg(long, value_name = "DIR", default_value = "zones")]
+    pub out: PathBuf,
+    /// Directory that keeps responses for later patterns [default: .batwing-cache beside the
+    /// results]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+}
 
 /// Primaries of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]

@@ -1,31 +1,23 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing zones`: dimming patterns of a backlight, and what a panel before it shows.
 
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
-use clap::Args;
 
-use arrays::cache::Cache;
 use arrays::csv::{self, Column};
 use arrays::exr;
 use design::Design;
-use design::resolved::panel::CONTRAST;
 use experiment::checked_file::Texts;
-use formats::level_image::{ColourImage, LevelImage, png_of_rgb};
 use metrics::Estimate;
 use metrics::digits::significant;
 use metrics::figures::OF_RECEIVER;
-use metrics::gamut::{D65, Primaries};
 use metrics::quantity::{Axis, Map, Quantity, Unit};
-use metrics::transfer::Transfer;
 use report::plots::{Heading, IlluminanceMap, illuminance_map};
 use results::figure_entry::FigureEntry;
 use results::zones::{
-    BeyondReach, ChannelEntry, ColourEntry, ColourOfLight, Direct, FILE, GamutEntry, Halo,
-    LevelsEntry, LightSpread, MAPS, Radius, SCHEMA_VERSION, SPREAD, ZonesFile,
+    BeyondReach, Direct, FILE, Halo, LightSpread, MAPS, Radius, SCHEMA_VERSION, SPREAD, ZonesFile,
 };
 use runtime::atomic_file::{supersede, write_bytes, write_json};
 use runtime::content_hash::sealed;
@@ -35,123 +27,24 @@ use serde_json::json;
 use simulate::model::Model;
 use simulate::scene_check;
 use simulate::warnings::warnings;
-use zones::colour::{ColourEstimate, ColourFigures, FullDrive, PictureLight, painted};
-use zones::levels::{Needs, Rule, check_size, from_picture, power_share};
 use zones::reference::SHARES;
-use zones::{Array, Dimmed, Pattern, Request, ZonedDesign};
+use zones::{Dimmed, Request, ZonedDesign};
 
-use super::arguments::{ModelChoice, cache, paths};
+use super::arguments::cache;
 use super::outputs::results_writable;
-use super::zone_inputs::{
-    Drives, PictureGamut, check_lit, colour_space, colours, columns_and_rows, contrast, drives,
-    levels, pictures, rule, rule_name, share, transfer, transfer_name, white,
+pub use super::zone_inputs::ZonesArgs;
+use super::zone_pictures::{
+    COLOUR_ARRAYS, FILM_COLUMNS, FILM_FOLDER, FILM_TABLE, PAINTED, Pictures,
 };
 use output::capitalised;
 
 /// Table of the zones.
 const TABLE: &str = "zones.csv";
-/// Arrays of X, Y and Z of the maps, and what the panel shows.
-const COLOUR_ARRAYS: [&str; 2] = ["backlight_xyz.npy", "panel_xyz.npy"];
-const PAINTED: &str = "panel_picture.png";
-/// Table of several pictures, and the folder of what the panel shows of them.
-const FILM_TABLE: &str = "film.csv";
-const FILM_FOLDER: &str = "film";
-const FILM_COLUMNS: [&str; 10] = [
-    "picture",
-    "panel_mean",
-    "panel_largest_zone",
-    "power_share",
-    "halo_black",
-    "halo_black_standard_error",
-    "halo_contrast",
-    "halo_contrast_standard_error",
-    "missing",
-    "leaking",
-];
 /// Endings of their files.
 const ENDINGS: [&str; 3] = ["exr", "npy", "png"];
 
 /// Standard errors between zones and a direct trace that chance does not make.
 const CONTRADICTS: f64 = 6.0;
-
-/// `batwing zones`.
-#[derive(Debug, Args)]
-pub struct ZonesArgs {
-    /// Design file
-    #[arg(value_name = "DESIGN.toml")]
-    pub design: PathBuf,
-    /// Drives of the zones from 0 to 1: rows of numbers, or a PNG; the first row is the top. Once for
-    /// all channels, or CHANNEL=FILE for each
-    #[arg(long, value_name = "FILE", required_unless_present = "levels")]
-    pub pattern: Vec<String>,
-    /// White of the panel at full drive, which the levels of three channels give with the most light:
-    /// x and y, or a temperature of daylight, below 4000K of a radiator [default: all channels at 1]
-    #[arg(long, value_name = "X,Y|KELVIN", value_parser = white)]
-    pub white: Option<[f64; 2]>,
-    /// Drives from the picture in place of a pattern: max, mean, rms or percentile=P of what the
-    /// pixels of a zone need
-    #[arg(
-        long,
-        value_name = "RULE",
-        requires = "picture",
-        conflicts_with = "pattern",
-        value_parser = rule
-    )]
-    pub levels: Option<Rule>,
-    /// Largest power of these drives over that of full white, which lowers them all
-    #[arg(long, value_name = "SHARE", requires = "levels", default_value_t = 1.0, value_parser = share)]
-    pub power_limit: f64,
-    /// Zones, which divide the packages evenly [default: one for each package]
-    #[arg(
-        long,
-        value_name = "COLUMNSxROWS",
-        allow_hyphen_values = true,
-        value_parser = columns_and_rows
-    )]
-    pub zones: Option<[usize; 2]>,
-    /// Packages of a larger array, for which those of the design stand [default: those of the
-    /// design]
-    #[arg(
-        long,
-        value_name = "COLUMNSxROWS",
-        allow_hyphen_values = true,
-        value_parser = columns_and_rows
-    )]
-    pub packages: Option<[usize; 2]>,
-    /// Plane or luminance receiver of the design [default: the plane of `[receiver]`]
-    #[arg(long, value_name = "NAME")]
-    pub receiver: Option<String>,
-    /// Largest over smallest transmittance of the panel [default: that of [panel], else 5000]
-    #[arg(long, value_name = "C", value_parser = contrast)]
-    pub contrast: Option<f64>,
-    /// Picture that the panel shows, in a form of the pattern and of any size, with sub-pixels in
-    /// colours; of a folder all PNG files by name [default: the pattern]
-    #[arg(long, value_name = "FILE")]
-    pub picture: Option<PathBuf>,
-    /// Light of the levels of a picture on sub-pixels: srgb, linear, pq or gamma=G [default: that of
-    /// the file, else srgb; linear of grey]
-    #[arg(long, value_name = "NAME", value_parser = transfer)]
-    pub transfer: Option<Transfer>,
-    /// Primaries of a picture on sub-pixels [default: those of the file, else bt709]
-    #[arg(long, value_enum)]
-    pub gamut: Option<PictureGamut>,
-    /// How to compute the responses
-    #[arg(long, value_enum, default_value = "geometric")]
-    pub model: ModelChoice,
-    /// Paths of each response, instead of the design's trace.paths
-    #[arg(long, value_name = "N", value_parser = paths)]
-    pub paths: Option<u64>,
-    /// Also trace the pattern itself, and compare
-    #[arg(long, conflicts_with = "packages")]
-    pub direct: bool,
-    /// Directory for the results
-    #[arg(long, value_name = "DIR", default_value = "zones")]
-    pub out: PathBuf,
-    /// Directory that keeps responses for later patterns [default: .batwing-cache beside the
-    /// results]
-    #[arg(long, value_name = "DIR")]
-    pub cache: Option<PathBuf>,
-}
 
 /// Adds up the pattern and writes what it gives.
 pub fn run(arguments: &ZonesArgs, context: RunContext) -> Result<()> {
@@ -181,145 +74,20 @@ pub fn of_design(
     };
     let zoned = ZonedDesign::new(&design, model, request)
         .with_context(|| arguments.design.display().to_string())?;
-    let command = Command::new((arguments, texts), &design, model, &zoned)?;
-    command.compute(context)
-}
-
-/// A picture on the panel.
-enum Picture {
-    /// Levels as light.
-    Grey(LevelImage),
-    /// Colours with their primaries and transfer.
-    Colours(ColourImage, (Primaries, Transfer)),
+    let pictures = Pictures::new((arguments, texts), &zoned)?;
+    Command { arguments, design: &design, model, zoned: &zoned, pictures }.compute(context)
 }
 
 /// A checked command.
 struct Command<'a> {
     arguments: &'a ZonesArgs,
-    texts: &'a Texts,
     design: &'a Design,
     model: Model,
     zoned: &'a ZonedDesign<'a>,
-    contrast: f64,
-    inputs: Vec<FileRecord>,
-    /// Drives of a pattern; none where pictures give them.
-    drives: Option<Drives>,
-    /// Files of pictures; none where the pattern is the picture.
-    pictures: Vec<PathBuf>,
+    pictures: Pictures<'a>,
 }
 
-/// What one picture gives.
-struct Frame {
-    found: Dimmed,
-    /// Drives by channel.
-    drives: Vec<Vec<f64>>,
-    needs: Option<Needs>,
-    colour_space: Option<(Primaries, Transfer)>,
-    power_share: f64,
-    /// What the panel shows, as PNG.
-    painted: Option<Vec<u8>>,
-}
-
-impl<'a> Command<'a> {
-    fn new(
-        (arguments, texts): (&'a ZonesArgs, &'a Texts),
-        design: &'a Design,
-        model: Model,
-        zoned: &'a ZonedDesign<'a>,
-    ) -> Result<Self> {
-        let stated = &arguments.pattern;
-        let channels = design.channels();
-        let drives = (!stated.is_empty()).then(|| drives(stated, &channels, zoned, texts));
-        let drives = drives.transpose()?;
-        let file = &design.provenance.file;
-        ensure!(
-            arguments.white.is_none() || zoned.has_colours(),
-            "--white: expected a design with several channels of [[sources]] or [panel] sub_pixels, got `{file}` without"
-        );
-        ensure!(
-            !(arguments.direct && zoned.has_colours()),
-            "--direct: expected none with channels or [panel] sub_pixels"
-        );
-        let pictures = arguments.picture.as_deref().map(pictures).transpose()?.unwrap_or_default();
-        let has_picture = !pictures.is_empty() || drives.as_ref().is_some_and(|d| d.grey.is_some());
-        ensure!(has_picture, "--picture: expected one beside a pattern for each channel, got none");
-        let of_panel = design.panel.as_ref().map(|panel| panel.contrast);
-        let mut command = Self {
-            contrast: arguments.contrast.or(of_panel).unwrap_or(CONTRAST),
-            inputs: design.provenance.inputs(),
-            arguments,
-            texts,
-            design,
-            model,
-            zoned,
-            drives,
-            pictures,
-        };
-        command.inputs.extend(command.drives.iter().flat_map(|drives| drives.inputs.clone()));
-        if let Some(white) = arguments.white {
-            // Before anything is traced: channels keep their colours on their way, but for dispersion.
-            let mut drive = zoned.emitted_drive(command.contrast);
-            drive.levels(white, &channels).with_context(|| file.clone())?;
-        }
-        // All are read before anything is traced or written.
-        let mut size = None;
-        for (number, path) in command.pictures.iter().enumerate() {
-            let (picture, record) = command.picture(path, number > 0)?;
-            let found = match &picture {
-                Picture::Grey(image) => [image.columns, image.rows],
-                Picture::Colours(image, _) => [image.columns, image.rows],
-            };
-            let [columns, rows] = *size.get_or_insert(found);
-            ensure!(
-                found == [columns, rows],
-                "`{}`: --picture: expected {columns} x {rows} pixels as in the first, got {} x {}",
-                record.file,
-                found[0],
-                found[1]
-            );
-            if arguments.levels.is_some() {
-                check_size(found, zoned.zones, &record.file)?;
-            }
-            command.inputs.push(record);
-        }
-        Ok(command)
-    }
-
-    fn has_sub_pixels(&self) -> bool {
-        self.design.panel.as_ref().is_some_and(|panel| !panel.sub_pixels.is_empty())
-    }
-
-    /// True if levels are cd/m².
-    fn is_absolute(&self) -> bool {
-        let unit = self.zoned.receiver.quantity.unit();
-        self.design.emitted.is_some() && unit == Unit::CandelaPerSquareMetre
-    }
-
-    /// The picture in a file; of a film some may be dark.
-    fn picture(&self, path: &Path, may_be_dark: bool) -> Result<(Picture, FileRecord)> {
-        if !self.has_sub_pixels() {
-            let (image, record) = levels(path, self.texts)?;
-            check_lit(may_be_dark || image.levels.iter().any(|level| *level > 0.0), &record.file)?;
-            return Ok((Picture::Grey(image), record));
-        }
-        let (image, record) = colours(path, self.texts)?;
-        check_lit(
-            may_be_dark || image.levels.iter().flatten().any(|level| *level > 0),
-            &record.file,
-        )?;
-        Ok((self.coloured(image, &record.file)?, record))
-    }
-
-    fn coloured(&self, image: ColourImage, file: &str) -> Result<Picture> {
-        let stated = (self.arguments.gamut, self.arguments.transfer);
-        let space = colour_space(&image, file, stated)?;
-        ensure!(
-            space.1.peak_cd_m2().is_none() || self.is_absolute(),
-            "`{file}`: --transfer: expected srgb, linear or gamma=G where levels are not in cd/m², got pq; a luminance --receiver and led.power_w make them so"
-        );
-        Ok(Picture::Colours(image, space))
-    }
-
+impl Command<'_> {
     fn compute(&self, context: RunContext) -> Result<()> {
         let started = Instant::now();
         for warning in warnings(self.design)? {
@@ -329,7 +97,7 @@ impl<'a> Command<'a> {
         let cache = cache(self.arguments.cache.as_deref(), out);
         let files = self.files();
         let names: Vec<&str> = files.iter().map(String::as_str).collect();
-        let is_film = self.pictures.len() > 1;
+        let is_film = self.pictures.files.len() > 1;
         let folder = is_film.then(|| PathBuf::from(FILM_FOLDER));
         results_writable(out, folder, &names, Some(&cache))?;
         context.interrupt.note(format!(
@@ -340,7 +108,8 @@ impl<'a> Command<'a> {
         let mut full = None;
         if self.zoned.has_colours() {
             let panel = self.design.panel.as_ref();
-            let mut drive = array.full_drive_of(panel, self.contrast, (&cache, context))?;
+            let mut drive =
+                array.full_drive_of(panel, self.pictures.contrast, (&cache, context))?;
             let channels = self.design.channels();
             let levels = match self.arguments.white {
                 Some(white) => drive.levels(white, &channels)?,
@@ -350,11 +119,16 @@ impl<'a> Command<'a> {
             full = Some((drive, levels));
         }
         let (mut first, mut film) = (None, Vec::new());
-        for number in 0..self.pictures.len().max(1) {
+        for number in 0..self.pictures.files.len().max(1) {
             context.interrupt.check()?;
-            let path = self.pictures.get(number);
-            let frame =
-                self.frame(path.map(PathBuf::as_path), &array, full.as_ref(), &cache, context)?;
+            let path = self.pictures.files.get(number);
+            let frame = self.pictures.frame(
+                path.map(PathBuf::as_path),
+                &array,
+                full.as_ref(),
+                &cache,
+                context,
+            )?;
             if first.is_none() {
                 ensure!(
                     frame.drives.iter().flatten().any(|drive| *drive > 0.0),
@@ -367,7 +141,7 @@ impl<'a> Command<'a> {
                 context.console.say(&format!(
                     "picture {} of {}: {}",
                     number + 1,
-                    self.pictures.len(),
+                    self.pictures.files.len(),
                     name.display()
                 ));
                 if let Some(painted) = &frame.painted {
@@ -376,7 +150,7 @@ impl<'a> Command<'a> {
                         .with_context(|| format!("cannot create `{}`", folder.display()))?;
                     write_bytes(&folder.join(name), painted)?;
                 }
-                film.push(self.film_row(&name.to_string_lossy(), &frame));
+                film.push(self.pictures.film_row(&name.to_string_lossy(), &frame));
             }
             first.get_or_insert(frame);
         }
@@ -398,12 +172,12 @@ impl<'a> Command<'a> {
         if is_film {
             csv::write_text_csv(&out.join(FILM_TABLE), &FILM_COLUMNS, &film)?;
         }
-        self.write_colours(&frame)?;
+        self.pictures.write_colours(&frame)?;
         self.write_tables(found, &frame.drives)?;
         self.write_maps(found)?;
         let written = names.iter().skip(1).map(|name| FileRecord::of_output(out, name));
         let written = written.collect::<Result<Vec<_>>>()?;
-        let colour = full.map(|full| self.colour_entry(&full, &frame));
+        let colour = full.map(|full| self.pictures.colour_entry(&full, &frame));
         let file = ZonesFile { colour, ..self.describe(found, written, context.seed) };
         let json = sealed(serde_json::to_value(&file)?)?;
         write_json(&out.join(FILE), &json)?;
@@ -424,199 +198,16 @@ impl<'a> Command<'a> {
         if self.zoned.has_colours() {
             files.extend(COLOUR_ARRAYS.map(str::to_owned));
         }
-        if self.has_sub_pixels() {
+        if self.pictures.has_sub_pixels() {
             files.push(PAINTED.to_owned());
         }
-        if self.pictures.len() > 1 {
+        if self.pictures.files.len() > 1 {
             files.push(FILM_TABLE.to_owned());
-            let names = self.pictures.iter().filter_map(|path| path.file_name());
-            let painted = names.filter(|_| self.has_sub_pixels());
+            let names = self.pictures.files.iter().filter_map(|path| path.file_name());
+            let painted = names.filter(|_| self.pictures.has_sub_pixels());
             files.extend(painted.map(|name| format!("{FILM_FOLDER}/{}", name.to_string_lossy())));
         }
         files
-    }
-
-    /// Light of one picture, or of the pattern.
-    fn frame(
-        &self,
-        path: Option<&Path>,
-        array: &Array,
-        full: Option<&(FullDrive, Vec<f64>)>,
-        cache: &Cache,
-        context: RunContext,
-    ) -> Result<Frame> {
-        let (picture, file) = match path {
-            Some(path) => {
-                self.picture(path, true).map(|(picture, record)| (picture, record.file))?
-            }
-            None => {
-                let grey = self.drives.as_ref().and_then(|drives| drives.grey.clone());
-                let grey = grey.context("--picture: expected one, got none")?;
-                let file = self.arguments.pattern[0].clone();
-                let picture = match self.has_sub_pixels() {
-                    true => self.coloured(ColourImage::grey(&grey), &file)?,
-                    false => Picture::Grey(grey),
-                };
-                (picture, file)
-            }
-        };
-        let (image, light, space) = match picture {
-            Picture::Grey(image) => (image, None, None),
-            Picture::Colours(image, space) => {
-                let white = full.map_or(D65, |(full, _)| full.white_xy());
-                let light = PictureLight::new(&image, (&space.0, space.1), white);
-                (LevelImage { columns: 1, rows: 1, levels: vec![0.0] }, Some(light), Some(space))
-            }
-        };
-        let powers = self.powers(full.map(|(_, levels)| &levels[..]));
-        let mut needs = None;
-        let drives = match (&self.drives, self.arguments.levels) {
-            (Some(drives), _) => drives.levels.clone(),
-            (None, rule) => {
-                let rule = rule.context("--levels: expected a rule or a pattern, got neither")?;
-                let grey = || PictureLight::grey(&image);
-                let picture = light.as_ref().map_or_else(|| Cow::Owned(grey()), Cow::Borrowed);
-                let of = match (full, space) {
-                    (Some((full, _)), Some((primaries, transfer))) => {
-                        full.needs(&primaries, transfer, powers.len())?
-                    }
-                    _ => Needs::GREY,
-                };
-                needs = Some(of);
-                let limit = self.arguments.power_limit;
-                let (rule, zones) = ((rule, of), self.zoned.zones);
-                from_picture(&picture, zones, rule, (&powers, limit))
-            }
-        };
-        let on_panel = match (&light, full, space) {
-            (Some(light), Some((full, _)), Some((_, transfer))) => full.show(light, transfer),
-            _ => None,
-        };
-        let pattern = Pattern {
-            drives: &drives,
-            picture: &image,
-            contrast: self.contrast,
-            colours: on_panel.as_ref(),
-        };
-        let found = self.zoned.dim(array, pattern, self.arguments.direct, cache, context)?;
-        let painted = match (&on_panel, &found.colours, full) {
-            (Some(on_panel), Some(colours), Some((full, _))) => {
-                let area = [0, 1].map(|axis| self.zoned.places.area_mm(axis));
-                let place = (&self.zoned.frame, area);
-                let rgb = painted(colours, place, on_panel, full.white_xy());
-                Some(png_of_rgb(on_panel.picture.columns, &rgb)?)
-            }
-            _ => None,
-        };
-        let power_share = power_share(&drives, &powers);
-        Ok(Frame { found, needs, colour_space: space, power_share, painted, drives })
-    }
-
-    /// Light that each channel emits at its level of full drive.
-    fn powers(&self, levels: Option<&[f64]>) -> Vec<f64> {
-        let mut powers = vec![0.0; self.design.channels().len()];
-        for light in &self.design.colour_lights().lights {
-            powers[self.design.channel_of(light)] += light.emitted_w;
-        }
-        let levels = levels.unwrap_or(&[1.0]).iter();
-        powers.iter_mut().zip(levels).for_each(|(power, level)| *power *= level);
-        powers
-    }
-
-    /// Electrical power of all packages at this share of full white, W.
-    fn power_w(&self, share: f64, levels: &[f64]) -> Option<f64> {
-        let of_package = self.design.emitted?.electrical_w?;
-        let [all, white]: [f64; 2] =
-            [&vec![1.0; levels.len()], levels].map(|l| self.powers(Some(l)).iter().sum());
-        Some(of_package * self.zoned.places.count() as f64 * share * white / all)
-    }
-
-    /// A row of [`FILM_COLUMNS`].
-    fn film_row(&self, name: &str, frame: &Frame) -> Vec<String> {
-        let found = &frame.found;
-        let zones = &found.zones[1];
-        let mean = zones.iter().map(|zone| zone.value).sum::<f64>() / zones.len() as f64;
-        let largest = zones.iter().map(|zone| zone.value).fold(0.0, f64::max);
-        let halo = found.halo.map(|[black, _, contrast]| [black, contrast]);
-        let of = |k: usize, read: fn(&Estimate) -> f64| halo.map(|halo| read(&halo[k]));
-        let of_panel = found.colours.as_ref().map(|colours| [colours.missing, colours.leaking]);
-        let numbers = [
-            Some(mean),
-            Some(largest),
-            Some(frame.power_share),
-            of(0, |halo| halo.value),
-            of(0, |halo| halo.standard_error),
-            of(1, |halo| halo.value),
-            of(1, |halo| halo.standard_error),
-            of_panel.map(|panel| panel[0].value),
-            of_panel.map(|panel| panel[1].value),
-        ];
-        let text = |number: Option<f64>| {
-            let number = number.filter(|number| number.is_finite());
-            number.map_or_else(String::new, |number| format!("{number:?}"))
-        };
-        std::iter::once(name.to_owned()).chain(numbers.map(text)).collect()
-    }
-
-    /// Arrays of X, Y and Z, and what the panel shows.
-    fn write_colours(&self, frame: &Frame) -> Result<()> {
-        let out = &self.arguments.out;
-        let [columns, rows] = self.zoned.frame.bins;
-        for (name, xyz) in COLOUR_ARRAYS.iter().zip(frame.found.colours.iter().flat_map(|c| &c.xyz))
-        {
-            let planes: Vec<f64> = (0..3).flat_map(|k| xyz.iter().map(move |xyz| xyz[k])).collect();
-            csv::write_npy(&out.join(name), &[3, rows, columns], &planes)?;
-        }
-        frame.painted.iter().try_for_each(|png| write_bytes(&out.join(PAINTED), png))
-    }
-
-    fn colour_entry(&self, (full, levels): &(FullDrive, Vec<f64>), frame: &Frame) -> ColourEntry {
-        let entry = FigureEntry::new;
-        let of_light = |of: ColourEstimate| {
-            let [x, y, u, v] = of.chromaticity.map(entry);
-            let [cct, duv] = [0, 1].map(|k| of.temperature.map(|both| entry(both[k])));
-            ColourOfLight { xy: [x, y], uv: [u, v], cct, duv, luminance: entry(of.luminance) }
-        };
-        let channels = self.design.channels().into_iter().zip(levels).enumerate();
-        let channels = channels.map(|(number, (name, level))| ChannelEntry {
-            name: name.to_owned(),
-            level: *level,
-            light: of_light(full.channel_figures(number)),
-        });
-        let colours = frame.found.colours.as_ref();
-        let figure = |read: fn(&ColourFigures) -> Estimate| {
-            entry(colours.map_or(Estimate::new(0.0, 0.0), read)).in_range(Unit::Fraction)
-        };
-        let white = of_light(full.white_figures());
-        let name = |(primaries, transfer): (Primaries, Transfer)| {
-            format!("{}, {}", primaries.name, transfer_name(transfer))
-        };
-        ColourEntry {
-            channels: channels.collect(),
-            exposure: frame.painted.as_ref().map(|_| white.luminance.value),
-            white,
-            picture: frame.colour_space.map(name),
-            gamut: full
-                .gamut()
-                .into_iter()
-                .map(|of| GamutEntry {
-                    standard: of.standard.to_owned(),
-                    xy: of.shares[0].map(entry),
-                    uv: of.shares[1].map(entry),
-                })
-                .collect(),
-            levels: frame.needs.zip(self.arguments.levels).map(|(needs, rule)| LevelsEntry {
-                rule: rule_name(rule),
-                matrix: needs.matrix,
-                by_channel: needs.by_channel,
-                power_limit: self.arguments.power_limit,
-            }),
-            power_share: frame.power_share,
-            power_w: self.power_w(frame.power_share, levels),
-            missing: figure(|colours| colours.missing),
-            leaking: figure(|colours| colours.leaking),
-            halo_itp: colours.and_then(|c| c.halo_itp).filter(|_| self.is_absolute()).map(entry),
-        }
     }
 
     /// Backlight and light behind the panel.
@@ -682,7 +273,7 @@ impl<'a> Command<'a> {
             Axis::uniform(Quantity::new(["x", "y"][k], Unit::Millimetre), low, high, frame.bins[k])
         };
         let [x, y] = [axis(0)?, axis(1)?];
-        let provenance = json!({"design": self.design.name, "inputs": self.inputs});
+        let provenance = json!({"design": self.design.name, "inputs": self.pictures.inputs});
         let [columns, rows] = self.zoned.zones;
         let subtitle = format!("{}, {columns} × {rows} zones", self.design.name);
         let maps = MAPS.iter().zip(self.quantities()).zip(&found.maps);
@@ -707,7 +298,7 @@ impl<'a> Command<'a> {
             schema_version: SCHEMA_VERSION,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             seed,
-            inputs: self.inputs.clone(),
+            inputs: self.pictures.inputs.clone(),
             files,
             design: self.design.name.clone(),
             model: self.model.key(self.design),
@@ -724,7 +315,7 @@ impl<'a> Command<'a> {
                 packages: beyond.reach,
                 share: beyond.share.map(FigureEntry::new),
             }),
-            contrast: self.contrast,
+            contrast: self.pictures.contrast,
             white: FigureEntry::new(found.white),
             uniformity: reference
                 .uniformity

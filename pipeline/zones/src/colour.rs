@@ -18,11 +18,11 @@ use metrics::transfer::Transfer;
 use metrics::{Estimate, JackknifedFigure, chromaticity, itp};
 use runtime::run_context::RunContext;
 
-use super::{Array, ZonedDesign};
 use super::levels::Needs;
 use super::map_receiver::Frame;
 use super::panel_colour::{Account, Backlight, PictureColours, Place, SubPixels};
 use super::responses::Part;
+use super::{Array, ZonedDesign};
 
 /// Adds `weight` times a colour.
 pub(super) fn add(sum: &mut [f64; 3], value: [f64; 3], weight: f64) {

@@ -65,7 +65,8 @@ const MAX_SHARED: usize = 1 << 30;
 
 /// An array with its zones and the receiver that reads it.
 pub struct ZonedDesign<'a> {
-    design: &'a Design,
+    /// The design.
+    pub design: &'a Design,
     model: Model,
     /// Places of the packages.
     pub places: Places,
