@@ -115,9 +115,10 @@ impl ColourImage {
         let name = path.display().to_string();
         let read = || -> Result<(Self, FileRecord)> {
             let bytes = bounded_bytes(path, MAX_ROWS)?;
-            let image = match bytes.starts_with(PNG) {
-                true => Png::decode(&bytes, true)?.colours()?,
-                false => Self::grey(&from_text(&bytes, &LEVELS)?),
+            let image = if bytes.starts_with(PNG) {
+                Png::decode(&bytes, true)?.colours()?
+            } else {
+                Self::grey(&from_text(&bytes, &LEVELS)?)
             };
             Ok((image, FileRecord::new(name.clone(), &bytes)))
         };

@@ -153,10 +153,10 @@ pub fn white(text: &str) -> Result<[f64; 2], String> {
 pub fn rule(text: &str) -> Result<Rule, String> {
     let percentile = |p: &str| p.parse().ok().filter(|p: &f64| *p > 0.0 && *p <= 100.0);
     match (text, text.strip_prefix("percentile=")) {
-        ("max", _) => Ok(Rule::Max),
-        ("mean", _) => Ok(Rule::Mean),
-        ("rms", _) => Ok(Rule::Rms),
-        ("percentile", _) => Ok(Rule::Percentile(95.0)),
+        ("max", _) => Some(Rule::Max),
+        ("mean", _) => Some(Rule::Mean),
+        ("rms", _) => Some(Rule::Rms),
+        ("percentile", _) => Some(Rule::Percentile(95.0)),
         (_, Some(p)) => percentile(p).map(Rule::Percentile),
         _ => None,
     }
@@ -175,9 +175,9 @@ pub fn share(text: &str) -> Result<f64, String> {
 pub fn transfer(text: &str) -> Result<Transfer, String> {
     let gamma = |g: &str| g.parse().ok().filter(|g: &f64| (0.1..=10.0).contains(g));
     match (text, text.strip_prefix("gamma=")) {
-        ("srgb", _) => Ok(Transfer::Srgb),
-        ("linear", _) => Ok(Transfer::Linear),
-        ("pq", _) => Ok(Transfer::Pq),
+        ("srgb", _) => Some(Transfer::Srgb),
+        ("linear", _) => Some(Transfer::Linear),
+        ("pq", _) => Some(Transfer::Pq),
         (_, Some(g)) => gamma(g).map(Transfer::Gamma),
         _ => None,
     }

@@ -162,7 +162,7 @@ impl<'a> Pictures<'a> {
     }
 
     /// True if levels are cd/m².
-    fn is_absolute(&self) -> bool {
+    pub fn is_absolute(&self) -> bool {
         let unit = self.zoned.receiver.quantity.unit();
         self.design.emitted.is_some() && unit == Unit::CandelaPerSquareMetre
     }
@@ -209,9 +209,10 @@ impl<'a> Pictures<'a> {
                 let grey = self.drives.as_ref().and_then(|drives| drives.grey.clone());
                 let grey = grey.context("--picture: expected one, got none")?;
                 let file = self.arguments.pattern[0].clone();
-                let picture = match self.has_sub_pixels() {
-                    true => self.coloured(ColourImage::grey(&grey), &file)?,
-                    false => Picture::Grey(grey),
+                let picture = if self.has_sub_pixels() {
+                    self.coloured(ColourImage::grey(&grey), &file)?
+                } else {
+                    Picture::Grey(grey)
                 };
                 (picture, file)
             }
@@ -282,8 +283,8 @@ impl<'a> Pictures<'a> {
     /// Electrical power of all packages at this share of full white, W.
     fn power_w(&self, share: f64, levels: &[f64]) -> Option<f64> {
         let of_package = self.design.emitted?.electrical_w?;
-        let [all, white]: [f64; 2] =
-            [&vec![1.0; levels.len()], levels].map(|l| self.powers(Some(l)).iter().sum());
+        let sum = |levels: &[f64]| self.powers(Some(levels)).iter().sum::<f64>();
+        let (all, white) = (sum(&vec![1.0; levels.len()]), sum(levels));
         Some(of_package * self.zoned.places.count() as f64 * share * white / all)
     }
 

@@ -13,11 +13,13 @@ use experiment::checked_file::Texts;
 use metrics::Estimate;
 use metrics::digits::significant;
 use metrics::figures::OF_RECEIVER;
+use metrics::itp;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
-use report::plots::{Heading, IlluminanceMap, illuminance_map};
+use report::plots::{Heading, IlluminanceMap, SeenPicture, illuminance_map, seen};
 use results::figure_entry::FigureEntry;
 use results::zones::{
-    BeyondReach, Direct, FILE, Halo, LightSpread, MAPS, Radius, SCHEMA_VERSION, SPREAD, ZonesFile,
+    BeyondReach, COLOUR_PICTURES, Direct, FILE, Halo, LightSpread, MAPS, Radius, SCHEMA_VERSION,
+    SPREAD, ZonesFile,
 };
 use runtime::atomic_file::{supersede, write_bytes, write_json};
 use runtime::content_hash::sealed;
@@ -27,6 +29,7 @@ use serde_json::json;
 use simulate::model::Model;
 use simulate::scene_check;
 use simulate::warnings::warnings;
+use zones::colour::ColourFigures;
 use zones::reference::SHARES;
 use zones::{Dimmed, Request, ZonedDesign};
 
@@ -175,6 +178,9 @@ impl Command<'_> {
         self.pictures.write_colours(&frame)?;
         self.write_tables(found, &frame.drives)?;
         self.write_maps(found)?;
+        if let (Some((full, _)), Some(colours)) = (&full, &found.colours) {
+            self.draw_colours(full.white_figures().luminance.value, colours)?;
+        }
         let written = names.iter().skip(1).map(|name| FileRecord::of_output(out, name));
         let written = written.collect::<Result<Vec<_>>>()?;
         let colour = full.map(|full| self.pictures.colour_entry(&full, &frame));
@@ -200,6 +206,12 @@ impl Command<'_> {
         }
         if self.pictures.has_sub_pixels() {
             files.push(PAINTED.to_owned());
+            let drawn = if self.pictures.is_absolute() {
+                &COLOUR_PICTURES[..]
+            } else {
+                &COLOUR_PICTURES[..1]
+            };
+            files.extend(drawn.iter().map(|name| format!("{name}.png")));
         }
         if self.pictures.files.len() > 1 {
             files.push(FILM_TABLE.to_owned());
@@ -265,14 +277,52 @@ impl Command<'_> {
         csv::write_csv(&self.arguments.out.join(SPREAD), &table)
     }
 
-    fn write_maps(&self, found: &Dimmed) -> Result<()> {
+    /// Axes along x and y.
+    fn axes(&self) -> Result<[Axis; 2]> {
         let frame = &self.zoned.frame;
         let axis = |k: usize| {
             let low = frame.low_mm[k];
             let high = low + frame.bins[k] as f64 * frame.bin_mm[k];
             Axis::uniform(Quantity::new(["x", "y"][k], Unit::Millimetre), low, high, frame.bins[k])
         };
-        let [x, y] = [axis(0)?, axis(1)?];
+        Ok([axis(0)?, axis(1)?])
+    }
+
+    /// Pictures of what a panel of sub-pixels shows, with this luminance of white; in cd/m² also
+    /// ΔE_ITP of halo and panel.
+    fn draw_colours(&self, white: f64, colours: &ColourFigures) -> Result<()> {
+        if colours.wanted.is_empty() {
+            return Ok(());
+        }
+        let [x, y] = self.axes()?;
+        let size = self.zoned.frame.bins;
+        let path = |k: usize| self.arguments.out.join(format!("{}.png", COLOUR_PICTURES[k]));
+        let [backlight, panel] = &colours.xyz;
+        let pictures = [("picture", &colours.wanted), ("backlight", backlight), ("panel", panel)];
+        let pictures = pictures.map(|(name, xyz)| SeenPicture { name, size, xyz });
+        let heading = Heading::new("As it looks".to_owned(), &self.design.name);
+        let exposure = (white, &self.zoned.receiver.quantity);
+        write_bytes(&path(0), &seen(&heading, [&x, &y], &pictures, exposure)?.png()?)?;
+        if !self.pictures.is_absolute() {
+            return Ok(());
+        }
+        let pairs = || colours.wanted.iter().zip(panel);
+        let error: Vec<f64> = pairs().map(|(a, b)| itp::difference(*a, *b)).collect();
+        let halo =
+            pairs().zip(&error).map(|((wanted, _), e)| if wanted[1] > 0.0 { 0.0 } else { *e });
+        for (k, values) in [(1, halo.collect()), (2, error.clone())] {
+            let quantity = Quantity::new("difference ITP", Unit::Relative);
+            let none = vec![0.0; error.len()];
+            let map = Map::new(quantity, y.clone(), x.clone(), values, none)?;
+            let heading = Heading::new(capitalised(COLOUR_PICTURES[k]), &self.design.name);
+            let picture = illuminance_map(&IlluminanceMap::plain(&heading, &map))?;
+            write_bytes(&path(k), &picture.png()?)?;
+        }
+        Ok(())
+    }
+
+    fn write_maps(&self, found: &Dimmed) -> Result<()> {
+        let [x, y] = self.axes()?;
         let provenance = json!({"design": self.design.name, "inputs": self.pictures.inputs});
         let [columns, rows] = self.zoned.zones;
         let subtitle = format!("{}, {columns} × {rows} zones", self.design.name);

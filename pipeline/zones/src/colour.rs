@@ -107,6 +107,8 @@ pub(super) struct ColourSums {
     pub dark: Vec<DarkSum>,
     accounts: Vec<Account>,
     places: Vec<Place>,
+    /// X, Y and Z that the picture asks for in each bin; empty without sub-pixels.
+    pub wanted: Vec<[f64; 3]>,
 }
 
 impl ColourSums {
@@ -118,6 +120,7 @@ impl ColourSums {
             dark: vec![dark; zones],
             accounts: vec![Account::default(); readings],
             places: Vec::new(),
+            wanted: Vec::new(),
         }
     }
 
@@ -146,10 +149,16 @@ impl ColourSums {
             missing: share(|all| all.missing),
             leaking: share(|all| all.leaking),
             halo_itp: largest(&|xyz| itp::difference(xyz, [0.0; 3])),
-            xyz: self.xyz.map(|all| all.into_iter().map(|xyz| xyz.map(|v| factor * v)).collect()),
+            wanted: times(self.wanted, factor),
+            xyz: self.xyz.map(|xyz| times(xyz, factor)),
             places: self.places,
         }
     }
+}
+
+/// Colours in a quantity that is `factor` times as large.
+fn times(all: Vec<[f64; 3]>, factor: f64) -> Vec<[f64; 3]> {
+    all.into_iter().map(|xyz| xyz.map(|value| factor * value)).collect()
 }
 
 /// Colours of a pattern.
@@ -160,6 +169,8 @@ pub struct ColourFigures {
     pub leaking: Estimate,
     /// Largest ΔE_ITP from black of the black of a zone beside bright; `None` without any.
     pub halo_itp: Option<Estimate>,
+    /// X, Y and Z that the picture asks for in each bin; empty without sub-pixels.
+    pub wanted: Vec<[f64; 3]>,
     /// X, Y and Z of the backlight and behind the panel in each bin.
     pub xyz: [Vec<[f64; 3]>; 2],
     /// The panel before each bin; empty without sub-pixels.
@@ -263,8 +274,9 @@ impl FullDrive {
 
     /// The panel before parts of the light; `None` without sub-pixels.
     pub fn panel(&self) -> Option<SubPixels> {
+        let closed = self.sub_pixels?;
         let open = self.parts.iter().map(|part| [0, 1, 2].map(|s| part.behind[s]));
-        Some(SubPixels::of_open(&open.collect::<Vec<Matrix>>(), self.sub_pixels?))
+        Some(SubPixels::of_open(&open.collect::<Vec<Matrix>>(), closed))
     }
 
     /// X, Y and Z that a channel shows on the open panel, or in the open without sub-pixels.
@@ -426,6 +438,8 @@ pub fn painted(
     on_panel: &PictureOnPanel,
     white: [f64; 2],
 ) -> Vec<u8> {
+    /// Steps of the table of levels.
+    const STEPS: usize = 65_535;
     let within = [0, 1].map(|k| {
         let [low, length] = area[k];
         let is_on = |bin: &usize| (low..low + length).contains(&frame.middle_mm(k, *bin));
@@ -442,7 +456,6 @@ pub fn painted(
     };
     let to_rgb = inverse(&gamut::BT709.to_xyz(white)).unwrap_or_default();
     let to_rgb = to_rgb.map(|row| row.map(|value| value / on_panel.white_y));
-    const STEPS: usize = 65_535;
     let level = |k: usize| (255.0 * Transfer::Srgb.level(k as f64 / STEPS as f64)).round() as u8;
     let table: Vec<u8> = (0..=STEPS).map(level).collect();
     let encoded = |light: f64| table[(light.clamp(0.0, 1.0) * STEPS as f64).round() as usize];

@@ -289,6 +289,12 @@ impl<'a> Panel<'a> {
             (Some(black), Some(bright)) if bins.iter().all(|n| *n > 0) => Some([black, bright]),
             _ => None,
         };
+        if let (Some(sums), Some((of, wanted))) = (&mut colours, &self.colours) {
+            // Beyond the panel nothing is asked for.
+            let on_panel = |value: f64| if value.is_nan() { 0.0 } else { value };
+            let scale = of.scale[groups];
+            sums.wanted = wanted.iter().map(|xyz| xyz.map(|v| scale * on_panel(v))).collect();
+        }
         Shown { maps, zones, halo, bias, colours }
     }
 

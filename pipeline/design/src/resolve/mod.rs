@@ -152,6 +152,11 @@ impl Design {
         design.receivers = receivers::resolve(&raw.receivers, &design, source_file.as_ref(), &at)?;
         design.check_relief(&at)?;
         let lights = design.colour_lights();
+        if design.converts() && raw.panel.as_ref().is_some_and(|p| !p.sub_pixels.is_empty()) {
+            let expected =
+                "none where a medium converts light, whose spectrum is not known by place";
+            return Err(at.value("panel.sub_pixels", "given", expected));
+        }
         let panel = raw.panel.as_ref().map(|raw| panel::resolve(raw, &lights, folder, &at));
         design.panel = panel.transpose()?;
         luminescence::check(&design, raw, &at)?;
