@@ -54,9 +54,13 @@ impl PictureLight {
         (primaries, transfer): (&Primaries, Transfer),
         white: [f64; 2],
     ) -> Self {
-        let colours = PictureColours::new(primaries, white, transfer, 1.0);
+        let level = |level: u16| transfer.light(f64::from(level) / 65_535.0);
+        let light: Vec<f64> = (0..=u16::MAX).map(level).collect();
+        let peak = transfer.peak_cd_m2().unwrap_or(1.0);
+        let colours = PictureColours::new(primaries, white, Transfer::Linear, peak);
         let one = |levels: &[u16; 3]| {
-            colours.xyz(levels.map(|level| f64::from(level) / 65535.0)).map(|value| value as f32)
+            let light = levels.map(|level| light[usize::from(level)]);
+            colours.xyz(light).map(|value| value as f32)
         };
         let xyz = image.levels.par_iter().map(one).collect();
         Self { columns: image.columns, rows: image.rows, xyz }
