@@ -59,4 +59,5 @@ mod tutorial;
 mod unlit_receivers;
 mod verdicts;
 mod walls_through_bins;
+mod zone_colours;
 mod zones;

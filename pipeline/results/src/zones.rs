@@ -86,6 +86,11 @@ pub struct ZonesFile {
     /// With `--direct`, comparison with a trace of the pattern itself: number of `zones`,
     /// `chi_square`, and the `largest` difference in standard errors.
     pub direct: Option<Direct>,
+    /// Of designs with channels or a panel of sub-pixels: levels of the `channels` at full drive,
+    /// `white` of the panel there, `gamut` of its primaries, and of the pattern `power`, light that is
+    /// `missing` and `leaking`, and `halo_itp`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colour: Option<ColourEntry>,
 }
 
 impl SealedFile for ZonesFile {
@@ -139,6 +144,9 @@ impl ZonesFile {
                 line("halo contrast".to_owned(), contrast);
             }
             None => line("halo contrast".to_owned(), "no black beside bright".to_owned()),
+        }
+        if let Some(colour) = &self.colour {
+            colour.lines(unit, &mut line);
         }
         if let Some(direct) = &self.direct {
             let words = format!(
@@ -200,4 +208,120 @@ pub struct Direct {
     pub chi_square: f64,
     /// Largest difference in standard errors.
     pub largest: f64,
+}
+
+/// Colours of channels and panel.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct ColourEntry {
+    /// Channels in the order of the design.
+    pub channels: Vec<ChannelEntry>,
+    /// All of them at these levels, behind the open panel.
+    pub white: ColourOfLight,
+    /// Primaries and transfer of the picture: `BT.709, sRGB`; null of a panel without sub-pixels.
+    pub picture: Option<String>,
+    /// Luminance of the white of `panel_picture.png`, its largest level.
+    pub exposure: Option<f64>,
+    /// Gamut of the primaries as displayed at full drive, over that of each standard.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gamut: Vec<GamutEntry>,
+    /// Levels of the zones by the picture.
+    pub levels: Option<LevelsEntry>,
+    /// Power of the pattern over that at full drive of all channels at their levels.
+    pub power_share: f64,
+    /// The same in W, where `led.power_electrical_w` states that of a package with all channels at
+    /// full drive, shared among them by the light that they emit.
+    pub power_w: Option<f64>,
+    /// Luminance that the picture asks for and the panel does not show, over all that it asks for.
+    pub missing: FigureEntry,
+    /// Luminance that the panel shows beyond what is asked for, likewise.
+    pub leaking: FigureEntry,
+    /// Largest ΔE_ITP (ITU-R BT.2124) from black of the mean black of a zone beside bright; null
+    /// without any, and in units that are not absolute.
+    pub halo_itp: Option<FigureEntry>,
+}
+
+/// A channel.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct ChannelEntry {
+    /// Name.
+    pub name: String,
+    /// Level at full drive, of which the largest is 1: that channel limits the light of white.
+    pub level: f64,
+    /// Its light alone at that level, behind the open panel.
+    pub light: ColourOfLight,
+}
+
+/// A colour and its luminance.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct ColourOfLight {
+    /// x and y (CIE 1931).
+    pub xy: [FigureEntry; 2],
+    /// u' and v' (CIE 1976).
+    pub uv: [FigureEntry; 2],
+    /// Correlated colour temperature, K; null where it names no colour.
+    pub cct: Option<FigureEntry>,
+    /// Distance from the Planckian locus.
+    pub duv: Option<FigureEntry>,
+    /// Luminance or illuminance.
+    pub luminance: FigureEntry,
+}
+
+/// Gamut over that of a standard.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct GamutEntry {
+    /// Name of the standard.
+    pub standard: String,
+    /// Area and coverage in x, y.
+    pub xy: [FigureEntry; 2],
+    /// Area and coverage in u', v'.
+    pub uv: [FigureEntry; 2],
+}
+
+/// Levels of zones by the picture.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct LevelsEntry {
+    /// `max`, `mean`, `rms` or `percentile=P` of what the pixels of a zone need.
+    pub rule: String,
+    /// Rows of N: a pixel needs the levels max(0, min(1, N XYZ)), with Y = 1 for white.
+    pub matrix: [[f64; 3]; 3],
+    /// True if each row is that of a channel; else all channels need the largest of the three.
+    pub by_channel: bool,
+    /// Largest `power_share`.
+    pub power_limit: f64,
+}
+
+impl ColourEntry {
+    /// Names and values for people.
+    fn lines(&self, unit: Unit, line: &mut impl FnMut(String, String)) {
+        for channel in &self.channels {
+            let [x, y] = channel.light.xy.each_ref().map(|v| shown::text(v, Unit::Relative));
+            let luminance = shown::text(&channel.light.luminance, unit);
+            let words = format!("level {:.4}, x {x}, y {y}, {luminance}", channel.level);
+            line(format!("channel {}", channel.name), words);
+        }
+        let [x, y] = self.white.xy.each_ref().map(|v| shown::text(v, Unit::Relative));
+        line("white behind the panel".to_owned(), format!("x {x}, y {y}"));
+        if let (Some(cct), Some(duv)) = (&self.white.cct, &self.white.duv) {
+            let [cct, duv] =
+                [(cct, Unit::Kelvin), (duv, Unit::Relative)].map(|(v, u)| shown::text(v, u));
+            line("its temperature, Duv".to_owned(), format!("{cct}, {duv}"));
+        }
+        let luminance = shown::text(&self.white.luminance, unit);
+        line("its luminance".to_owned(), luminance);
+        for GamutEntry { standard, xy, uv } in &self.gamut {
+            let [xy, uv] = [xy, uv].map(|[_, coverage]| shown::text(coverage, Unit::Fraction));
+            line(format!("coverage of {standard}"), format!("x, y {xy}; u', v' {uv}"));
+        }
+        let watts = self.power_w.map_or_else(String::new, |w| format!(", {w:.4} W"));
+        line(
+            "power of the pattern".to_owned(),
+            format!("{:.2} % of full white{watts}", 100.0 * self.power_share),
+        );
+        for (name, entry) in [("missing light", &self.missing), ("leaking light", &self.leaking)] {
+            line(name.to_owned(), shown::text(entry, Unit::Fraction));
+        }
+        if let Some(halo) = &self.halo_itp {
+            line("halo, largest difference (ITP)".to_owned(), shown::text(halo, Unit::Relative));
+        }
+    }
 }

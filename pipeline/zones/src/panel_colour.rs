@@ -59,6 +59,15 @@ impl SubPixels {
         Self { closed: open.iter().enumerate().map(leaks).collect(), open }
     }
 
+    /// Sub-pixels that pass these X, Y and Z (rows: sub-pixels) of light of 1 of each channel; `closed`
+    /// is what each passes closed, over open.
+    pub fn of_open(channels: &[Matrix], closed: [f64; SUB_PIXELS]) -> Self {
+        let columns = |open: &Matrix| [0, 1, 2].map(|k| [0, 1, 2].map(|s| open[s][k]));
+        let open: Vec<Matrix> = channels.iter().map(columns).collect();
+        let leaks = |open: &Matrix| open.map(|row| times(row, |s| closed[s]));
+        Self { closed: open.iter().map(leaks).collect(), open }
+    }
+
     /// The panel before `light` of the channels.
     pub fn before(&self, light: &[f64]) -> Place {
         let (mut dark, mut span) = ([0.0; 3], [[0.0; 3]; 3]);

@@ -12,8 +12,7 @@ use metrics::{Estimate, Grouped, JackknifedFigure};
 
 use super::Array;
 use super::panel::{figure, inside};
-use super::superposition::{Block, Piece, RowOfGroups, rows};
-use simulate::trace::GROUPS;
+use super::superposition::{Block, Piece, RowOfGroups, rows, rows_of_parts};
 
 /// Bins of the map at full drive times groups, beyond which groups are merged for its extremes.
 const MAX_VALUES: usize = 20_000_000;
@@ -108,7 +107,7 @@ impl Array<'_> {
 
     /// Readings of the mean of the panel, figures of its map, and the groups of their errors.
     fn at_full_drive(&self) -> (Vec<f64>, Vec<(String, Estimate)>, usize) {
-        let groups = GROUPS;
+        let groups = self.responses.groups;
         let parts = [0, 1].map(|axis| self.zone_cells(axis).parts(&self.frame, axis));
         // Bins of the map of extremes: those at least half on the panel.
         let within = parts.each_ref().map(|parts| {
@@ -135,8 +134,10 @@ impl Array<'_> {
             }
             ((0..groups).map(sum).collect::<Vec<f64>>(), within[1].contains(&y).then_some(map))
         };
-        let full = vec![1.0; self.zones[0] * self.zones[1]];
-        let found = self.with_pieces(&full, |pieces| rows(self.frame.bins, groups, pieces, read));
+        let found = self.with_pieces(&self.full_drive(), |pieces| {
+            let pieces = self.luminous(pieces.iter().cloned());
+            rows(self.frame.bins, groups, &pieces, read)
+        });
         let mut sums = vec![0.0; groups];
         let mut maps = vec![Vec::with_capacity(bins[0] * bins[1]); groups / together];
         for (of_row, map) in found {
@@ -151,6 +152,29 @@ impl Array<'_> {
         let high = [0, 1].map(|k| self.frame.middle_mm(k, within[k].end.max(1) - 1));
         let middle = [0, 1].map(|k| 0.5 * (low[k] + high[k]));
         (white, self.uniformity(&Grouped::new(maps), bins, middle), groups / together)
+    }
+
+    /// Readings of the mean of the panel at full drive in each part of the light.
+    pub(super) fn means_of_parts(&self) -> Vec<Vec<f64>> {
+        let parts = [0, 1].map(|axis| self.zone_cells(axis).parts(&self.frame, axis));
+        let [across, along] = parts.map(|parts| parts.iter().map(inside).collect::<Vec<f64>>());
+        let groups = self.responses.groups;
+        let read = |y: usize, rows: &[RowOfGroups]| -> Vec<Vec<f64>> {
+            let sum = |row: &RowOfGroups, group: usize| -> f64 {
+                let values = row.group(group).iter().zip(&across);
+                along[y] * values.map(|(value, part)| value * part).sum::<f64>()
+            };
+            rows.iter().map(|row| (0..groups).map(|group| sum(row, group)).collect()).collect()
+        };
+        let full = self.full_drive();
+        let found =
+            self.with_pieces(&full, |parts| rows_of_parts(self.frame.bins, groups, parts, read));
+        let area = across.iter().sum::<f64>() * along.iter().sum::<f64>();
+        let of_part = |part: usize| {
+            let sum = |group: usize| found.iter().map(|row| row[part][group]).sum::<f64>() / area;
+            readings(&(0..groups).map(sum).collect::<Vec<f64>>())
+        };
+        (0..self.parts.len()).map(of_part).collect()
     }
 
     /// Mean and extremes of the map at full drive, and the points of a display.
@@ -182,12 +206,13 @@ impl Array<'_> {
     /// The light of the zone nearest to the middle, of which a part `bias` may lie elsewhere.
     fn spread(&self, bias: f64) -> Spread {
         let zone = self.zones.map(|count| count / 2);
-        let pieces = self.zone_pieces(zone, 1.0);
+        let of_part = |part| self.zone_pieces(zone, part, 1.0);
+        let pieces = self.luminous((0..self.parts.len()).map(of_part));
         let centre_mm = [0, 1].map(|k| {
             let [low, length] = self.places.area_mm(k);
             low + length * (zone[k] as f64 + 0.5) / self.zones[k] as f64
         });
-        let (block, at) = sum_of(&pieces, GROUPS);
+        let (block, at) = sum_of(&pieces, self.responses.groups);
         let width = self.frame.bin_mm[0].max(self.frame.bin_mm[1]);
         let distance = |i: usize, j: usize| {
             let x = self.frame.middle_mm(0, at[0] + i) - centre_mm[0];
@@ -231,7 +256,9 @@ impl Array<'_> {
         let extended: Vec<usize> = (0..2).filter(|k| self.places.is_extended(*k)).collect();
         let reach = extended.iter().map(|k| self.places.reach(*k)).min()?;
         let inner = [0, 1].map(|k| self.places.stand_in(k, self.places.whole[k] / 2));
-        let (block, at) = sum_of(&[self.responses.at(inner)], GROUPS);
+        let of_part = |part| vec![self.responses.at(inner, part)];
+        let pieces = self.luminous((0..self.parts.len()).map(of_part));
+        let (block, at) = sum_of(&pieces, self.responses.groups);
         let traced = self.receiver.frame;
         // Shells of whole packages, along the axes on which the array is larger.
         let centre = [0, 1].map(|k| {

@@ -19,6 +19,7 @@ mod led;
 mod light;
 mod luminescence;
 mod package;
+mod panel;
 mod polariser;
 mod positions;
 mod prints;
@@ -131,6 +132,7 @@ impl Design {
             sources,
             solids,
             prints: Vec::new(),
+            panel: None,
             hybrid: raw.hybrid.clone(),
             trace: raw.trace.clone(),
             files: Files::default(),
@@ -149,6 +151,14 @@ impl Design {
         design.check_observation(&at)?;
         design.receivers = receivers::resolve(&raw.receivers, &design, source_file.as_ref(), &at)?;
         design.check_relief(&at)?;
+        let lights = design.colour_lights();
+        if design.converts() && raw.panel.as_ref().is_some_and(|p| !p.sub_pixels.is_empty()) {
+            let expected =
+                "none where a medium converts light, whose spectrum is not known by place";
+            return Err(at.value("panel.sub_pixels", "given", expected));
+        }
+        let panel = raw.panel.as_ref().map(|raw| panel::resolve(raw, &lights, folder, &at));
+        design.panel = panel.transpose()?;
         luminescence::check(&design, raw, &at)?;
         light::check_ends(&design, raw, Self::check_relief, &at)?;
         let tables = luminescence::check_tables(&design, &at)
