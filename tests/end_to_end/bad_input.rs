@@ -377,6 +377,16 @@ const COMMANDS: [(&str, &[&str]); 111] = [
         &["--contrast", "expected a number of at least 1", "0.5"],
     ),
     ("zones boxed.toml --pattern drives.csv --contrast nan", &["at least 1", "nan"]),
+    ("zones boxed.toml --pattern drives.csv --distance 0", &["--distance", "from 10 to 1e6", "0"]),
+    (
+        "zones boxed.toml --pattern drives.csv --distance 600 --age 200",
+        &["--age", "years from 0 to 120", "200"],
+    ),
+    (
+        "zones boxed.toml --pattern drives.csv --distance 600 --pigment 2",
+        &["--pigment", "from 0 (black) to 1.2", "2"],
+    ),
+    ("zones boxed.toml --pattern drives.csv --age 30", &["--distance"]),
     ("zones boxed.toml --pattern drives.csv --zones 5", &["--zones", "such as 48x27"]),
     (
         "zones boxed.toml --pattern drives.csv --packages 4x5",

@@ -51,6 +51,15 @@ impl Observer {
     }
 }
 
+/// An eye before the middle of a display.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Viewing {
+    /// Distance, mm.
+    pub distance_mm: f64,
+    /// Whose eye it is.
+    pub observer: Observer,
+}
+
 /// Bins put together.
 #[derive(Debug, Clone, Copy, Default)]
 struct Node {
@@ -220,15 +229,6 @@ impl Glare {
     }
 }
 
-/// The share of a halo that lies below the veil of the eye: Σ min(H, V) / Σ H over places of the
-/// halo's luminance H and the veil V that the picture without it lays there. 1 where the eye's own
-/// halo is everywhere at least as bright; `None` without a halo.
-pub fn hidden_share(halo: &[f64], veil: &[f64]) -> Option<f64> {
-    let whole: f64 = halo.iter().map(|h| h.max(0.0)).sum();
-    let below: f64 = halo.iter().zip(veil).map(|(h, v)| h.max(0.0).min(*v)).sum();
-    (whole > 0.0).then(|| below / whole)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -353,17 +353,5 @@ mod tests {
             Glare::new(&[100.0; 12], [4, 3], [5.0; 2], 400.0, observer).veil([30.0, 0.0])
         };
         assert!(lit(70.0) > 1.2 * lit(25.0) && lit(25.0) > 0.0);
-    }
-
-    #[test]
-    fn a_halo_below_the_veil_is_hidden() {
-        for (halo, veil, share) in [
-            ([1.0, 1.0], [2.0, 3.0], Some(1.0)),
-            ([1.0, 3.0], [2.0, 1.0], Some(0.5)),
-            ([1.0, 3.0], [0.0, 0.0], Some(0.0)),
-            ([0.0, -1.0], [1.0, 1.0], None),
-        ] {
-            assert_eq!(hidden_share(&halo, &veil), share);
-        }
     }
 }

@@ -76,8 +76,8 @@ pub struct ZonesFile {
     /// Groups of paths behind the errors of extremes in `uniformity`: 64, or 16 of maps of more
     /// than 312 500 bins.
     pub groups_of_extremes: usize,
-    /// Means of `black` bins beside bright ones and of the `bright` ones, and `contrast`, the first
-    /// over the second; null without black beside bright.
+    /// Means of `black` bins beside bright ones and of the `bright` ones, `contrast`, the first over the
+    /// second, and with `--distance` what of it is `hidden`; null without black beside bright.
     pub halo: Option<Halo>,
     /// Light of the zone nearest to the middle: `zone` (column from the left, row from the top,
     /// from 1), `centre_mm`, and `radii`, each with the `share` of the largest ring and
@@ -142,6 +142,10 @@ impl ZonesFile {
                 line("bright".to_owned(), shown::text(&halo.bright, unit));
                 let contrast = shown::text(&halo.contrast, Unit::Relative);
                 line("halo contrast".to_owned(), contrast);
+                if let Some((hidden, eye)) = halo.hidden.as_ref().zip(halo.viewing) {
+                    let name = format!("halo hidden by the eye at {} mm", eye.distance_mm);
+                    line(name, shown::text(hidden, Unit::Fraction));
+                }
             }
             None => line("halo contrast".to_owned(), "no black beside bright".to_owned()),
         }
@@ -177,6 +181,23 @@ pub struct Halo {
     pub bright: FigureEntry,
     /// The first over the second.
     pub contrast: FigureEntry,
+    /// Share of the black bins' light below the veil that the eye's own glare lays there (CIE 146).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hidden: Option<FigureEntry>,
+    /// The eye, of `hidden`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub viewing: Option<ViewingEntry>,
+}
+
+/// An eye before the middle of the panel.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct ViewingEntry {
+    /// Distance, mm.
+    pub distance_mm: f64,
+    /// Age, years.
+    pub age_years: f64,
+    /// Pigment: 0 black, 0.5 brown, 1.2 light blue.
+    pub pigment: f64,
 }
 
 /// Light of the zone nearest to the middle.
@@ -217,6 +238,11 @@ pub struct ColourEntry {
     pub channels: Vec<ChannelEntry>,
     /// All of them at these levels, behind the open panel.
     pub white: ColourOfLight,
+    /// Largest Δu'v' of it between zones, or between cells of a twelfth of the panel's sides where zones
+    /// are smaller; null of a dark one.
+    pub white_difference: Option<FigureEntry>,
+    /// Largest Δu'v' from it of greys of 0.001 to 0.5 of its light at full drive; null without sub-pixels.
+    pub grey_shift: Option<FigureEntry>,
     /// Primaries and transfer of the picture: `BT.709, sRGB`; null of a panel without sub-pixels.
     pub picture: Option<String>,
     /// Luminance of the white of `panel_picture.png`, its largest level.
@@ -238,6 +264,8 @@ pub struct ColourEntry {
     /// Largest ΔE_ITP (ITU-R BT.2124) from black of the mean black of a zone beside bright; null
     /// without any, and in units that are not absolute.
     pub halo_itp: Option<FigureEntry>,
+    /// Largest Δu'v' of the same from white; null without any, and without sub-pixels.
+    pub halo_uv: Option<FigureEntry>,
 }
 
 /// A channel.
@@ -308,6 +336,15 @@ impl ColourEntry {
         }
         let luminance = shown::text(&self.white.luminance, unit);
         line("its luminance".to_owned(), luminance);
+        for (name, entry) in [
+            ("white over the panel, Δu'v'", &self.white_difference),
+            ("greys against white, Δu'v'", &self.grey_shift),
+            ("halo against white, Δu'v'", &self.halo_uv),
+        ] {
+            if let Some(entry) = entry {
+                line(name.to_owned(), shown::text(entry, Unit::Relative));
+            }
+        }
         for GamutEntry { standard, xy, uv } in &self.gamut {
             let [xy, uv] = [xy, uv].map(|[_, coverage]| shown::text(coverage, Unit::Fraction));
             line(format!("coverage of {standard}"), format!("x, y {xy}; u', v' {uv}"));

@@ -10,6 +10,7 @@ use experiment::checked_file::Texts;
 use formats::level_image::{ColourImage, LevelImage};
 use metrics::chromaticity;
 use metrics::gamut::{BT709, BT2020, DCI_P3, Primaries};
+use metrics::glare::{Observer, Viewing};
 use metrics::transfer::Transfer;
 use runtime::provenance::FileRecord;
 use zones::ZonedDesign;
@@ -81,6 +82,15 @@ pub struct ZonesArgs {
     /// Primaries of a picture on sub-pixels [default: those of the file, else bt709]
     #[arg(long, value_enum)]
     pub gamut: Option<PictureGamut>,
+    /// Distance of an eye before the middle of the panel, mm, whose own glare hides a part of the halo
+    #[arg(long, value_name = "MM", value_parser = distance)]
+    pub distance: Option<f64>,
+    /// Its age, years
+    #[arg(long, value_name = "YEARS", requires = "distance", default_value_t = 25.0, value_parser = age)]
+    pub age: f64,
+    /// Its pigment: 0 black, 0.5 brown, 1.2 light blue
+    #[arg(long, value_name = "P", requires = "distance", default_value_t = 0.5, value_parser = pigment)]
+    pub pigment: f64,
     /// How to compute the responses
     #[arg(long, value_enum, default_value = "geometric")]
     pub model: ModelChoice,
@@ -97,6 +107,14 @@ pub struct ZonesArgs {
     /// results]
     #[arg(long, value_name = "DIR")]
     pub cache: Option<PathBuf>,
+}
+
+impl ZonesArgs {
+    /// The eye that looks, if its distance is stated.
+    pub fn viewing(&self) -> Option<Viewing> {
+        let observer = Observer { age_years: self.age, pigment: self.pigment };
+        self.distance.map(|distance_mm| Viewing { distance_mm, observer })
+    }
 }
 
 /// Primaries of a picture.
@@ -126,6 +144,24 @@ pub fn columns_and_rows(text: &str) -> Result<[usize; 2], String> {
     let both = text.split_once(['x', 'X', '×', ',']);
     let both = both.and_then(|(columns, rows)| Some([number(columns)?, number(rows)?]));
     both.ok_or_else(|| "expected columns and rows from 1 to 10000, such as 48x27".to_owned())
+}
+
+/// A parser of distances of an eye.
+pub fn distance(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|d: &f64| (10.0..=1e6).contains(d));
+    number.ok_or_else(|| "expected millimetres from 10 to 1e6".to_owned())
+}
+
+/// A parser of ages.
+pub fn age(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|a: &f64| (0.0..=120.0).contains(a));
+    number.ok_or_else(|| "expected years from 0 to 120".to_owned())
+}
+
+/// A parser of pigments of the eye.
+pub fn pigment(text: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|p: &f64| (0.0..=1.2).contains(p));
+    number.ok_or_else(|| "expected a number from 0 (black) to 1.2 (light blue)".to_owned())
 }
 
 /// A parser of contrasts.

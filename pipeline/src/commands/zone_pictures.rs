@@ -254,6 +254,7 @@ impl<'a> Pictures<'a> {
             picture: &image,
             contrast: self.contrast,
             colours: on_panel.as_ref(),
+            viewing: self.arguments.viewing(),
         };
         let found = self.zoned.dim(array, pattern, self.arguments.direct, cache, context)?;
         let painted = match (&on_panel, &found.colours, full) {
@@ -377,6 +378,9 @@ impl<'a> Pictures<'a> {
             power_w: self.power_w(frame.power_share, levels),
             missing: figure(|colours| colours.missing),
             leaking: figure(|colours| colours.leaking),
+            white_difference: full.white_difference().map(entry),
+            grey_shift: full.grey_shift().map(entry),
+            halo_uv: colours.and_then(|c| c.halo_uv).map(entry),
             halo_itp: colours.and_then(|c| c.halo_itp).filter(|_| self.is_absolute()).map(entry),
         }
     }

@@ -19,7 +19,7 @@ use report::plots::{Heading, IlluminanceMap, SeenPicture, illuminance_map, seen}
 use results::figure_entry::FigureEntry;
 use results::zones::{
     BeyondReach, COLOUR_PICTURES, Direct, FILE, Halo, LightSpread, MAPS, Radius, SCHEMA_VERSION,
-    SPREAD, ZonesFile,
+    SPREAD, ViewingEntry, ZonesFile,
 };
 use runtime::atomic_file::{supersede, write_bytes, write_json};
 use runtime::content_hash::sealed;
@@ -379,7 +379,17 @@ impl Command<'_> {
             groups_of_extremes: reference.groups_of_extremes,
             halo: found.halo.map(|all| {
                 let [black, bright, contrast] = all.map(FigureEntry::new);
-                Halo { black, bright, contrast }
+                Halo {
+                    black,
+                    bright,
+                    contrast,
+                    hidden: found.hidden.map(|h| FigureEntry::new(h).in_range(Unit::Fraction)),
+                    viewing: self.arguments.viewing().map(|eye| ViewingEntry {
+                        distance_mm: eye.distance_mm,
+                        age_years: eye.observer.age_years,
+                        pigment: eye.observer.pigment,
+                    }),
+                }
             }),
             light_spread: LightSpread {
                 zone: [column + 1, self.zoned.zones[1] - row],

@@ -13,9 +13,10 @@ use serde_json::json;
 use arrays::cache::Cache;
 use design::resolved::panel::Panel;
 use formats::level_image::{ColourImage, LevelImage};
+use metrics::colour_difference::{self, Coordinates, IN_ITP, IN_UV};
 use metrics::gamut::{self, Matrix, Primaries, STANDARDS, apply, inverse};
 use metrics::transfer::Transfer;
-use metrics::{Estimate, JackknifedFigure, chromaticity, itp};
+use metrics::{Estimate, Grouped, JackknifedFigure, chromaticity};
 use runtime::run_context::RunContext;
 
 use super::levels::Needs;
@@ -23,6 +24,11 @@ use super::map_receiver::Frame;
 use super::panel_colour::{Account, Backlight, PictureColours, Place, SubPixels};
 use super::responses::Part;
 use super::{Array, ZonedDesign};
+
+/// Most cells of the panel along an axis between which whites are compared.
+const MAX_CELLS: usize = 12;
+/// Levels of greys, as light, whose colours are compared with white.
+const GREYS: [f64; 4] = [0.001, 0.01, 0.1, 0.5];
 
 /// Adds `weight` times a colour.
 pub(super) fn add(sum: &mut [f64; 3], value: [f64; 3], weight: f64) {
@@ -34,6 +40,14 @@ fn estimate<T>(readings: &[T], read: impl Fn(&T) -> f64) -> Estimate {
     let mut values: Vec<f64> = readings.iter().map(read).collect();
     let value = values.pop().unwrap_or(f64::NAN);
     JackknifedFigure::new(value, values).estimate()
+}
+
+/// Groups of paths from readings of colours one after the other, of which the last is that of all
+/// groups.
+fn grouped(mut readings: Vec<Vec<[f64; 3]>>) -> Grouped {
+    let all = readings.pop().unwrap_or_default().concat();
+    let without: Vec<Vec<f64>> = readings.iter().map(|colours| colours.concat()).collect();
+    Grouped::from_readings(&without, &all)
 }
 
 /// X, Y and Z that a picture asks for in each pixel, row after row from the bottom.
@@ -85,8 +99,8 @@ pub struct PictureOnPanel<'a> {
     pub scale: Vec<f64>,
     /// Luminance of white behind the panel over that of the backlight.
     pub transmittance: f64,
-    /// Luminance of white behind the panel, in the numbers of the responses.
-    white_y: f64,
+    /// Readings of X, Y and Z of white behind the panel, in the numbers of the responses.
+    pub white: Vec<[f64; 3]>,
 }
 
 /// Sums over the black bins of a zone, by readings, and their number.
@@ -113,6 +127,8 @@ pub(super) struct ColourSums {
     places: Vec<Place>,
     /// X, Y and Z that the picture asks for in each bin; empty without sub-pixels.
     pub wanted: Vec<[f64; 3]>,
+    /// Readings of white behind the panel; empty without sub-pixels.
+    pub white: Vec<[f64; 3]>,
 }
 
 impl ColourSums {
@@ -125,6 +141,7 @@ impl ColourSums {
             accounts: vec![Account::default(); readings],
             places: Vec::new(),
             wanted: Vec::new(),
+            white: Vec::new(),
         }
     }
 
@@ -139,20 +156,22 @@ impl ColourSums {
     pub fn figures(self, factor: f64) -> ColourFigures {
         let share = |of: fn(&Account) -> f64| estimate(&self.accounts, |all| of(all) / all.wanted);
         let dark: Vec<&DarkSum> = self.dark.iter().filter(|dark| dark.bins > 0.0).collect();
-        let readings: Vec<usize> = (0..self.accounts.len()).collect();
-        let largest = |read: &dyn Fn([f64; 3]) -> f64| {
-            let of_reading = |reading: &usize| {
-                let means = dark
-                    .iter()
-                    .map(|dark| read(dark.sums[*reading].map(|sum| factor * sum / dark.bins)));
-                means.fold(0.0, f64::max)
+        let largest = |to: &dyn Fn(usize) -> [f64; 3], coordinates: Coordinates| {
+            let mean = |dark: &&DarkSum, reading: usize| {
+                dark.sums[reading].map(|sum| factor * sum / dark.bins)
             };
-            (!dark.is_empty()).then(|| estimate(&readings, of_reading))
+            let points = |reading: usize| {
+                dark.iter().map(|dark| mean(dark, reading)).chain([to(reading)]).collect()
+            };
+            let readings = (0..self.accounts.len()).map(points).collect();
+            colour_difference::from_last(&grouped(readings), coordinates)
         };
+        let to_white = |reading: usize| self.white[reading];
         ColourFigures {
             missing: share(|all| all.missing),
             leaking: share(|all| all.leaking),
-            halo_itp: largest(&|xyz| itp::difference(xyz, [0.0; 3])),
+            halo_itp: largest(&|_| [0.0; 3], IN_ITP),
+            halo_uv: (!self.white.is_empty()).then(|| largest(&to_white, IN_UV)).flatten(),
             wanted: times(self.wanted, factor),
             xyz: self.xyz.map(|xyz| times(xyz, factor)),
             places: self.places,
@@ -173,6 +192,8 @@ pub struct ColourFigures {
     pub leaking: Estimate,
     /// Largest ΔE_ITP from black of the black of a zone beside bright; `None` without any.
     pub halo_itp: Option<Estimate>,
+    /// Largest Δu'v' of the same from the white of the panel; `None` without sub-pixels too.
+    pub halo_uv: Option<Estimate>,
     /// X, Y and Z that the picture asks for in each bin; empty without sub-pixels.
     pub wanted: Vec<[f64; 3]>,
     /// X, Y and Z of the backlight and behind the panel in each bin.
@@ -219,7 +240,9 @@ pub struct GamutEstimate {
 
 /// The panel before all channels at full drive.
 pub struct FullDrive {
-    /// Readings of the mean of each part.
+    /// Readings of the mean of each part over each cell of the panel.
+    cells: Vec<Vec<Vec<f64>>>,
+    /// The same over the panel.
     means: Vec<Vec<f64>>,
     parts: Vec<Part>,
     sub_pixels: Option<[f64; 3]>,
@@ -232,7 +255,7 @@ impl ZonedDesign<'_> {
         let parts = self.parts.clone().unwrap_or_else(Part::whole);
         let means = vec![vec![1.0; 3]; parts.len()];
         let sub_pixels = closed(self.design.panel.as_ref(), contrast);
-        FullDrive { means, parts, sub_pixels, factor: 1.0 }
+        FullDrive { cells: Vec::new(), means, parts, sub_pixels, factor: 1.0 }
     }
 }
 
@@ -253,10 +276,19 @@ impl Array<'_> {
         contrast: f64,
         (cache, context): (&Cache, RunContext),
     ) -> Result<FullDrive> {
-        let of = json!({"means of": self.parts.len()});
-        let means = self.kept(&of, cache, context, || self.means_of_parts())?;
+        let of = json!({"means of": self.parts.len(), "cells": MAX_CELLS});
+        let count = self.zones.map(|zones| zones.min(MAX_CELLS));
+        let cells: Vec<Vec<Vec<f64>>> =
+            self.kept(&of, cache, context, || self.means_of_parts(count))?;
+        // Cells are equal.
+        let mut means = vec![vec![0.0; cells[0][0].len()]; self.parts.len()];
+        for cell in &cells {
+            let sums = means.iter_mut().flatten().zip(cell.iter().flatten());
+            sums.for_each(|(sum, value)| *sum += value / cells.len() as f64);
+        }
         let sub_pixels = closed(panel, contrast);
         Ok(FullDrive {
+            cells,
             means,
             parts: self.parts.clone(),
             sub_pixels,
@@ -283,27 +315,52 @@ impl FullDrive {
         Some(SubPixels::of_open(&open.collect::<Vec<Matrix>>(), closed))
     }
 
-    /// X, Y and Z that a channel shows on the open panel, or in the open without sub-pixels.
-    fn channel(&self, channel: usize, reading: usize) -> [f64; 3] {
+    /// X, Y and Z that light of these means shows on the open panel, or in the open without
+    /// sub-pixels, of the parts that are `lit`.
+    fn open(&self, means: &[Vec<f64>], reading: usize, lit: impl Fn(&Part) -> bool) -> [f64; 3] {
         let mut sum = [0.0; 3];
-        for (part, means) in self.parts.iter().zip(&self.means) {
-            if part.channel == channel {
-                let open = if self.has_sub_pixels() { &part.behind[..] } else { &[part.xyz] };
-                open.iter().for_each(|xyz| add(&mut sum, *xyz, means[reading]));
-            }
+        for (part, means) in self.parts.iter().zip(means).filter(|(part, _)| lit(part)) {
+            let open = if self.has_sub_pixels() { &part.behind[..] } else { &[part.xyz] };
+            open.iter().for_each(|xyz| add(&mut sum, *xyz, means[reading]));
         }
         sum
     }
 
+    /// The same of one channel, as a mean over the panel.
+    fn channel(&self, channel: usize, reading: usize) -> [f64; 3] {
+        self.open(&self.means, reading, |part| part.channel == channel)
+    }
+
+    fn readings(&self) -> std::ops::Range<usize> {
+        0..self.means[0].len()
+    }
+
     /// Readings of X, Y and Z of white, in the numbers of the responses.
     fn white(&self) -> Vec<[f64; 3]> {
-        let channels = self.parts.iter().map(|part| part.channel).max().unwrap_or(0) + 1;
+        self.readings().map(|reading| self.open(&self.means, reading, |_| true)).collect()
+    }
+
+    /// The largest Δu'v' of white between any two zones, or cells of a twelfth of the panel's sides where
+    /// zones are smaller.
+    pub fn white_difference(&self) -> Option<Estimate> {
         let of = |reading: usize| {
-            let mut sum = [0.0; 3];
-            (0..channels).for_each(|channel| add(&mut sum, self.channel(channel, reading), 1.0));
-            sum
+            self.cells.iter().map(|cell| self.open(cell, reading, |_| true)).collect()
         };
-        (0..self.means[0].len()).map(of).collect()
+        colour_difference::estimate(&grouped(self.readings().map(of).collect()))
+    }
+
+    /// The largest Δu'v' from white of greys of 0.001 to 0.5 of its light before the backlight at full
+    /// drive, what closed sub-pixels pass included; `None` without sub-pixels.
+    pub fn grey_shift(&self) -> Option<Estimate> {
+        let panel = self.panel()?;
+        let of = |reading: usize| {
+            let light: Vec<f64> = self.means.iter().map(|means| means[reading]).collect();
+            let place = panel.before(&light);
+            let white = place.white();
+            let grey = |level: &f64| place.show(white.map(|value| level * value)).xyz;
+            GREYS.iter().map(grey).chain([white]).collect()
+        };
+        colour_difference::from_last(&grouped(self.readings().map(of).collect()), IN_UV)
     }
 
     /// Lowers the channels, named so, to the levels that give `white` (x, y) with the most light; the
@@ -373,7 +430,7 @@ impl FullDrive {
             sub_pixels: self.panel()?,
             scale: white.iter().map(|white| absolute.unwrap_or(white[1])).collect(),
             transmittance: white[white.len() - 1][1] / backlight,
-            white_y: white[white.len() - 1][1],
+            white,
         })
     }
 
@@ -458,8 +515,9 @@ pub fn painted(
     let wanted = |i: usize, j: usize| {
         picture.xyz[j * picture.columns + i].map(|value| scale * f64::from(value))
     };
+    let white_y = on_panel.white[on_panel.white.len() - 1][1];
     let to_rgb = inverse(&gamut::BT709.to_xyz(white)).unwrap_or_default();
-    let to_rgb = to_rgb.map(|row| row.map(|value| value / on_panel.white_y));
+    let to_rgb = to_rgb.map(|row| row.map(|value| value / white_y));
     let level = |k: usize| (255.0 * Transfer::Srgb.level(k as f64 / STEPS as f64)).round() as u8;
     let table: Vec<u8> = (0..=STEPS).map(level).collect();
     let encoded = |light: f64| table[(light.clamp(0.0, 1.0) * STEPS as f64).round() as usize];

@@ -35,6 +35,7 @@ use serde_json::{Value, json};
 use arrays::cache::Cache;
 use design::Design;
 use formats::level_image::LevelImage;
+use metrics::glare::Viewing;
 use metrics::{Estimate, JackknifedFigure};
 use runtime::interrupt::Interrupt;
 use runtime::key::Key;
@@ -104,6 +105,8 @@ pub struct Pattern<'a> {
     pub contrast: f64,
     /// The picture in colours, on a panel of sub-pixels.
     pub colours: Option<&'a PictureOnPanel<'a>>,
+    /// An eye whose own glare hides a part of the halo.
+    pub viewing: Option<Viewing>,
 }
 
 /// Light of a pattern, in the quantity of the receiver.
@@ -118,6 +121,8 @@ pub struct Dimmed {
     pub zones: [Vec<Estimate>; 2],
     /// Mean of black beside bright, of bright, and of the first over the second.
     pub halo: Option<[Estimate; 3]>,
+    /// The share of black beside bright that lies below the veil of the eye.
+    pub hidden: Option<Estimate>,
     /// The mean of the panel at full drive.
     pub white: Estimate,
     /// How far a direct trace lies from the superposition.
@@ -258,8 +263,13 @@ impl<'a> ZonedDesign<'a> {
         let mut reference = array.kept_reference(cache, context)?;
         let area = [0, 1].map(|axis| self.places.area_mm(axis));
         let panel = Panel::new(self.frame, (self.zones, area), &array.parts, pattern);
-        let shown =
-            array.with_pieces(pattern.drives, |pieces| panel.show(pieces, &reference.white));
+        let (shown, hidden) = array.with_pieces(pattern.drives, |pieces| {
+            let shown = panel.show(pieces, &reference.white);
+            let hidden = pattern.viewing.and_then(|viewing| {
+                panel.hidden(pieces, &reference.white, &shown.maps[1].0, viewing)
+            });
+            (shown, hidden)
+        });
         let direct = if directly {
             let packages = array.drives_of_packages(&pattern.drives[0]);
             let driven = (&self.places, &packages[..]);
@@ -328,6 +338,7 @@ impl<'a> ZonedDesign<'a> {
             maps: [backlight, behind],
             zones,
             halo,
+            hidden,
             white: biased(white, beyond * white.value).times(factor),
             reference,
             direct,

@@ -4,6 +4,7 @@
 use rayon::prelude::*;
 
 use metrics::dimming::{behind_panel, panel_bias};
+use metrics::glare::{Glare, Viewing};
 use metrics::hits::with_one_path;
 use metrics::{Estimate, JackknifedFigure};
 
@@ -293,9 +294,50 @@ impl<'a> Panel<'a> {
             // Beyond the panel nothing is asked for.
             let on_panel = |value: f64| if value.is_nan() { 0.0 } else { value };
             let scale = of.scale[groups];
+            sums.white.clone_from(&of.white);
             sums.wanted = wanted.iter().map(|xyz| xyz.map(|v| scale * on_panel(v))).collect();
         }
         Shown { maps, zones, halo, bias, colours }
+    }
+
+    /// The share of the halo that lies below the veil of the eye which looks at this `luminance`
+    /// ([`metrics::glare`]); `None` without black beside bright, or without a halo. Light is that of
+    /// [`Self::show`].
+    pub fn hidden(
+        &self,
+        pieces: &[Vec<Piece>],
+        white: &[f64],
+        luminance: &[f64],
+        viewing: Viewing,
+    ) -> Option<Estimate> {
+        let (bins, groups) = (self.frame.bins, white.len() - 1);
+        let Viewing { distance_mm, observer } = viewing;
+        let glare = Glare::new(luminance, bins, self.frame.bin_mm, distance_mm, observer);
+        let veil = glare.veils(|bin| self.roles[bin] == Role::Black);
+        // Sums of the halo and of what of it lies below the veil, by readings.
+        let read = |y: usize, rows: &[RowOfGroups]| {
+            let totals: Vec<Vec<f64>> = rows.iter().map(RowOfGroups::total).collect();
+            let mut sums = vec![[0.0; 2]; groups + 1];
+            let mut light = vec![0.0; rows.len()];
+            for x in (0..bins[0]).filter(|x| self.roles[y * bins[0] + x] == Role::Black) {
+                let bin = y * bins[0] + x;
+                for (reading, sum) in sums.iter_mut().enumerate() {
+                    light_of(rows, &totals, (x, reading), &mut light);
+                    let at = (bin, reading);
+                    let halo = self.shown(at, &light, white[reading], &mut Account::default())[1];
+                    sum[0] += halo.max(0.0);
+                    sum[1] += halo.max(0.0).min(veil[bin]);
+                }
+            }
+            sums
+        };
+        let mut sums = vec![[0.0; 2]; groups + 1];
+        for row in rows_of_parts(bins, groups, pieces, read) {
+            sums.iter_mut().zip(row).for_each(|(sum, row)| *sum = [0, 1].map(|k| sum[k] + row[k]));
+        }
+        let mut shares: Vec<f64> = sums.iter().map(|[halo, below]| below / halo).collect();
+        let share = shares.pop().filter(|share| share.is_finite())?;
+        Some(JackknifedFigure::new(share, shares).estimate())
     }
 
     /// Means over zones and over the bins of the halo of `bins`.
@@ -387,16 +429,13 @@ impl<'a> Panel<'a> {
         let mut dark = vec![(vec![[0.0; 3]; groups + 1], 0.0); self.zones[0]];
         // Sums of differences from the reading of all groups, and of their squares.
         let mut moments = [0, 1].map(|_| vec![[0.0; 2]; bins]);
-        let rest = groups as f64 / (groups as f64 - 1.0);
         let mut light = vec![0.0; rows.len()];
         for reading in 0..=groups {
             for x in 0..bins {
                 let (both, xyz) = if reading == groups {
                     ([values[0][x], values[1][x]], shown[x])
                 } else {
-                    for ((light, total), row) in light.iter_mut().zip(&totals).zip(rows) {
-                        *light = rest * (total[x] - row.group(reading)[x]);
-                    }
+                    light_of(rows, &totals, (x, reading), &mut light);
                     let at = (first + x, reading);
                     let xyz = self.shown(at, &light, white[reading], &mut accounts[reading]);
                     ([self.luminance(&light), xyz[1]], xyz)
@@ -457,6 +496,21 @@ impl<'a> Panel<'a> {
         });
         let one_path = (0..bins).map(one_path).fold(0.0, f64::max);
         ShownRow { values, errors, bias, zones, halo, one_path, colours }
+    }
+}
+
+/// Light by parts in a bin of a row, without a group, or of all where `reading` is their number.
+fn light_of(
+    rows: &[RowOfGroups],
+    totals: &[Vec<f64>],
+    (x, reading): (usize, usize),
+    light: &mut [f64],
+) {
+    let groups = rows[0].count();
+    let rest = groups as f64 / (groups as f64 - 1.0);
+    for ((light, total), row) in light.iter_mut().zip(totals).zip(rows) {
+        *light =
+            if reading == groups { total[x] } else { rest * (total[x] - row.group(reading)[x]) };
     }
 }
 

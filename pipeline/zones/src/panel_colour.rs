@@ -4,19 +4,19 @@
 //!
 //! Where channel c sends the light b_c, sub-pixels at the levels l_s show
 //!
-//! XYZ = Σ_c b_c Σ_s F_cs (k_cs + (1 - k_cs) l_s),  F_cs = Σ p_c(λ) T_s(λ) (x̄, ȳ, z̄)(λ) / Σ p_c(λ),
+//! XYZ = Σ_c b_c Σ_s F_cs (k_s + (1 - k_s) l_s),
 //!
-//! with the spectrum p_c of the channel, the transmittance T_s of the open sub-pixel on its part of
-//! the panel, and what it passes closed over open, k_cs. So black leaks in the colour of the backlight.
+//! with X, Y and Z of its light behind the open sub-pixel, F_cs, and what that passes closed over
+//! open, k_s. So black leaks in the colour of the backlight.
 //!
 //! Levels are those of the least Σ (ΔX² + ΔY² + ΔZ²) within 0 to 1: the wanted colour itself where it
 //! can be shown. Each level by itself, held within 0 to 1, would do as well beside white light; before
 //! zones of one channel, where all sub-pixels show nearly one colour, it would open and close them
 //! at random.
 
+use metrics::chromaticity;
 use metrics::gamut::{Matrix, Primaries, apply, inverse};
 use metrics::transfer::Transfer;
-use metrics::{chromaticity, colour_matching};
 use rayon::prelude::*;
 
 /// Sub-pixels: red, green and blue, or in any order.
@@ -32,39 +32,12 @@ pub struct SubPixels {
 }
 
 impl SubPixels {
-    /// Sub-pixels before `channels`: wavelengths (nm) and power of each, in steps in which products
-    /// with colour-matching functions and `filters` are linear, and by which factor its light is
-    /// counted: 683 where light is in W and X, Y and Z in photometric units. `closed` is what sub-pixel
-    /// s passes of channel c closed, over open.
-    pub fn new(
-        channels: &[(Vec<(f64, f64)>, f64)],
-        filters: [&dyn Fn(f64) -> f64; SUB_PIXELS],
-        closed: impl Fn(usize, usize) -> f64,
-    ) -> Self {
-        let of_channel = |(light, factor): &(Vec<(f64, f64)>, f64)| -> Matrix {
-            let whole: f64 = light.iter().map(|(_, power)| power).sum();
-            let columns = filters.map(|filter| {
-                let mut xyz = [0.0; 3];
-                for (nm, power) in light {
-                    let passed = factor * power * filter(*nm) / whole;
-                    let matching = colour_matching::xyz(*nm);
-                    (0..3).for_each(|k| xyz[k] += passed * matching[k]);
-                }
-                xyz
-            });
-            [0, 1, 2].map(|k| columns.map(|column| column[k]))
-        };
-        let open: Vec<Matrix> = channels.iter().map(of_channel).collect();
-        let leaks = |(c, open): (usize, &Matrix)| open.map(|row| times(row, |s| closed(c, s)));
-        Self { closed: open.iter().enumerate().map(leaks).collect(), open }
-    }
-
     /// Sub-pixels that pass these X, Y and Z (rows: sub-pixels) of light of 1 of each channel; `closed`
     /// is what each passes closed, over open.
     pub fn of_open(channels: &[Matrix], closed: [f64; SUB_PIXELS]) -> Self {
         let columns = |open: &Matrix| [0, 1, 2].map(|k| [0, 1, 2].map(|s| open[s][k]));
         let open: Vec<Matrix> = channels.iter().map(columns).collect();
-        let leaks = |open: &Matrix| open.map(|row| times(row, |s| closed[s]));
+        let leaks = |open: &Matrix| open.map(|row| [0, 1, 2].map(|s| row[s] * closed[s]));
         Self { closed: open.iter().map(leaks).collect(), open }
     }
 
@@ -81,10 +54,6 @@ impl SubPixels {
         }
         Place { dark, span }
     }
-}
-
-fn times(row: [f64; 3], factor: impl Fn(usize) -> f64) -> [f64; 3] {
-    [0, 1, 2].map(|s| row[s] * factor(s))
 }
 
 /// Sub-pixels before the light of one place.
@@ -328,20 +297,19 @@ impl Backlight {
 mod tests {
     use super::*;
 
+    use metrics::colour_matching;
     use metrics::gamut::{BT709, BT2020, D65, shares};
     use tracer::random::{stream, unit};
 
-    /// Filters that pass this part between these wavelengths, and `rest` elsewhere.
-    fn band(low: f64, high: f64, rest: f64) -> impl Fn(f64) -> f64 {
-        move |nm| if (low..high).contains(&nm) { 0.9 } else { rest }
-    }
-
-    /// Lasers at the primaries of BT.2020, in three channels, behind such filters.
+    /// Lasers at the primaries of BT.2020, in three channels of 1 W, behind filters that pass 0.9 of one
+    /// and `rest` of the others.
     fn lasers(rest: f64, closed: f64) -> SubPixels {
-        let line = |nm: f64| (vec![(nm, 2.0)], 683.0);
-        let [r, g, b] =
-            [band(580.0, 780.0, rest), band(490.0, 580.0, rest), band(380.0, 490.0, rest)];
-        SubPixels::new(&[line(630.0), line(532.0), line(467.0)], [&r, &g, &b], |_, _| closed)
+        let bands = [[580.0, 780.0], [490.0, 580.0], [380.0, 490.0]];
+        let behind = |nm: f64| {
+            let open = |[low, high]: [f64; 2]| if (low..high).contains(&nm) { 0.9 } else { rest };
+            bands.map(|band| colour_matching::xyz(nm).map(|v| 683.0 * open(band) * v))
+        };
+        SubPixels::of_open(&[630.0, 532.0, 467.0].map(behind), [closed; 3])
     }
 
     /// Channels of lasers that make the white D65.

@@ -11,7 +11,7 @@ use metrics::layout::Layout;
 use metrics::{Estimate, Grouped, JackknifedFigure};
 
 use super::Array;
-use super::panel::{figure, inside};
+use super::panel::{Cells, figure, inside};
 use super::superposition::{Block, Piece, RowOfGroups, rows, rows_of_parts};
 
 /// Bins of the map at full drive times groups, beyond which groups are merged for its extremes.
@@ -154,27 +154,41 @@ impl Array<'_> {
         (white, self.uniformity(&Grouped::new(maps), bins, middle), groups / together)
     }
 
-    /// Readings of the mean of the panel at full drive in each part of the light.
-    pub(super) fn means_of_parts(&self) -> Vec<Vec<f64>> {
-        let parts = [0, 1].map(|axis| self.zone_cells(axis).parts(&self.frame, axis));
-        let [across, along] = parts.map(|parts| parts.iter().map(inside).collect::<Vec<f64>>());
+    /// Readings of the mean at full drive over each of `count` cells of the panel, in each part of the
+    /// light.
+    pub(super) fn means_of_parts(&self, count: [usize; 2]) -> Vec<Vec<Vec<f64>>> {
+        let cells = [0, 1].map(|axis| Cells { count: count[axis], ..self.zone_cells(axis) });
+        let parts = [0, 1].map(|axis| cells[axis].parts(&self.frame, axis));
         let groups = self.responses.groups;
-        let read = |y: usize, rows: &[RowOfGroups]| -> Vec<Vec<f64>> {
-            let sum = |row: &RowOfGroups, group: usize| -> f64 {
-                let values = row.group(group).iter().zip(&across);
-                along[y] * values.map(|(value, part)| value * part).sum::<f64>()
+        // Sums over each column of cells, by part of the light and group.
+        let read = |_: usize, rows: &[RowOfGroups]| -> Vec<Vec<Vec<f64>>> {
+            let sums = |row: &RowOfGroups, group: usize| {
+                let mut sums = vec![0.0; count[0]];
+                for (value, of_x) in row.group(group).iter().zip(&parts[0]) {
+                    of_x.iter().for_each(|(cell, part)| sums[*cell] += part * value);
+                }
+                sums
             };
-            rows.iter().map(|row| (0..groups).map(|group| sum(row, group)).collect()).collect()
+            rows.iter().map(|row| (0..groups).map(|group| sums(row, group)).collect()).collect()
         };
         let full = self.full_drive();
         let found =
             self.with_pieces(&full, |parts| rows_of_parts(self.frame.bins, groups, parts, read));
-        let area = across.iter().sum::<f64>() * along.iter().sum::<f64>();
-        let of_part = |part: usize| {
-            let sum = |group: usize| found.iter().map(|row| row[part][group]).sum::<f64>() / area;
-            readings(&(0..groups).map(sum).collect::<Vec<f64>>())
-        };
-        (0..self.parts.len()).map(of_part).collect()
+        let bins = |k: usize| cells[k].length_mm / (count[k] as f64 * self.frame.bin_mm[k]);
+        let area = bins(0) * bins(1);
+        let mut means = vec![vec![vec![0.0; groups]; self.parts.len()]; count[0] * count[1]];
+        for (row, of_y) in found.iter().zip(&parts[1]) {
+            for (j, part) in of_y {
+                for (k, cell) in means[j * count[0]..][..count[0]].iter_mut().enumerate() {
+                    for (sums, of_row) in cell.iter_mut().zip(row) {
+                        let groups = sums.iter_mut().zip(of_row);
+                        groups.for_each(|(sum, of_row)| *sum += part * of_row[k] / area);
+                    }
+                }
+            }
+        }
+        let of_cell = |cell: Vec<Vec<f64>>| cell.iter().map(|part| readings(part)).collect();
+        means.into_iter().map(of_cell).collect()
     }
 
     /// Mean and extremes of the map at full drive, and the points of a display.
