@@ -271,6 +271,32 @@ fn levels_follow_from_the_picture_by_their_formula() {
     assert!(before.iter().zip(&after).all(|(a, b)| (0.5 * a - b).abs() < 1e-12));
 }
 
+/// The eye's own glare hides more of the halo where the panel has more contrast, and in an older eye.
+#[test]
+fn the_eye_hides_a_part_of_the_halo() {
+    let folder = folder();
+    let at = folder.path();
+    let mut pixels = vec![0; 3 * 36];
+    pixels[3 * 14..][..3].fill(255);
+    write_png(&at.join("star.png"), 6, &pixels);
+    let line = "--picture star.png --levels max";
+    let seen = |contrast: f64, age: f64, out: &str| {
+        zones(at, &format!("{line} --contrast {contrast} --distance 600 --age {age}"), out)
+    };
+    let found = [(30.0, 25.0), (30.0, 70.0), (1000.0, 25.0), (1e6, 25.0)]
+        .map(|(contrast, age)| seen(contrast, age, &format!("eye-{contrast}-{age}")));
+    let [poor, old, better, best] = found.each_ref().map(|found| value(&found["halo"]["hidden"]));
+    assert!(poor > 0.0 && poor < old && old < 1.0, "{poor} {old}");
+    assert!(poor < better && better <= best && best > 0.999, "{poor} {better} {best}");
+    assert_eq!(found[1]["halo"]["viewing"]["age_years"], 70.0);
+    // Halo and greys have the colour of the panel's light; nothing is said of an eye without a place.
+    let colour = &found[0]["colour"];
+    assert!(value(&colour["grey_shift"]) < 1e-9, "{colour}");
+    assert!((0.0..0.1).contains(&value(&colour["halo_uv"])), "{colour}");
+    assert!((0.0..0.1).contains(&value(&colour["white_difference"])), "{colour}");
+    assert!(zones(at, line, "blind")["halo"].get("hidden").is_none());
+}
+
 /// Several pictures: a row each, as each by itself, from responses that are traced once.
 #[test]
 fn a_film_is_a_row_for_each_picture() {

@@ -333,6 +333,9 @@ def zones(
     receiver: str | None = None,
     contrast: float | None = None,
     picture: Levels | None = None,
+    distance: float | None = None,
+    age: float | None = None,
+    pigment: float | None = None,
     model: ZonesModelName = "geometric",
     direct: bool = False,
     paths: int | None = None,
@@ -367,6 +370,9 @@ def zones(
         Largest over smallest transmittance of the panel [default: that of the design, else 5000].
     picture : array_like or path, optional
         What the panel shows, in a form of the pattern [default: the pattern].
+    distance, age, pigment : float, optional
+        An eye at this distance in mm, whose own glare hides a part of the halo; its age in years
+        [default: 25] and pigment, 0 black to 1.2 light blue [default: 0.5].
     direct : bool
         Also trace the pattern itself, and compare.
 
@@ -392,6 +398,9 @@ def zones(
         packages=_columns_and_rows("packages", packages),
         receiver=receiver,
         contrast=contrast,
+        distance=distance,
+        age=age,
+        pigment=pigment,
         direct=direct,
         paths=paths,
     )
