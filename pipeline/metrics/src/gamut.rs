@@ -152,7 +152,7 @@ mod tests {
             let [r, g, b] = standard.xy;
             for corners in [[r, g, b], [b, g, r], [g, r, b]] {
                 for found in shares(corners, &standard) {
-                    assert_eq!(found.coverage, 1.0);
+                    assert_eq!(found.coverage.to_bits(), 1f64.to_bits());
                     assert!((found.area - 1.0).abs() < 1e-12);
                 }
             }
