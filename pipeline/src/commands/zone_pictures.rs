@@ -132,6 +132,10 @@ impl<'a> Pictures<'a> {
             let mut drive = zoned.emitted_drive(command.contrast);
             drive.levels(white, &channels).with_context(|| file.clone())?;
         }
+        let grey = command.drives.as_ref().and_then(|drives| drives.grey.as_ref());
+        if let Some(grey) = grey.filter(|_| command.files.is_empty() && command.has_sub_pixels()) {
+            command.coloured(ColourImage::grey(grey), &arguments.pattern[0])?;
+        }
         // All are read before anything is traced or written.
         let mut size = None;
         for (number, path) in command.files.iter().enumerate() {
