@@ -411,7 +411,7 @@ const COMMANDS: [(&str, &[&str]); 111] = [
         "zones rgb.toml --pattern full.csv --white 0.1,0.8",
         &[
             "rgb.toml: --white: expected a white within the gamut of the channels, got 0.1000,0.8000",
-            "blue",
+            "the one of red (",
         ],
     ),
     ("zones rgb.toml --pattern full.csv --white 500K", &["--white", "from 1000K to 25000K"]),
@@ -432,7 +432,7 @@ const COMMANDS: [(&str, &[&str]); 111] = [
         &["`colours.png`: colour type: expected grey or RGB of 8 or 16 bits", "got Rgba"],
     ),
     (
-        "zones rgb.toml --picture frames --levels max",
+        "zones rgb.toml --pattern full.csv --picture frames",
         &["2.png`: --picture: expected 2 x 1 pixels as in the first, got 3 x 1"],
     ),
     (

@@ -21,10 +21,10 @@ const DIES: [(&str, [f64; 3], [f64; 3]); 3] = [
     ("green", [500.0, 530.0, 560.0], [0.0, 1.0, 0.0]),
     ("blue", [440.0, 455.0, 470.0], [0.0, 1.0, 0.0]),
 ];
-const FILTERS: [[[f64; 4]; 2]; 3] = [
-    [[400.0, 580.0, 600.0, 700.0], [0.01, 0.01, 0.30, 0.30]],
-    [[400.0, 480.0, 520.0, 700.0], [0.01, 0.10, 0.28, 0.01]],
-    [[400.0, 480.0, 520.0, 700.0], [0.26, 0.20, 0.01, 0.01]],
+const FILTERS: [[[f64; 6]; 2]; 3] = [
+    [[400.0, 570.0, 590.0, 610.0, 650.0, 700.0], [0.01, 0.01, 0.15, 0.30, 0.30, 0.30]],
+    [[400.0, 480.0, 500.0, 560.0, 600.0, 700.0], [0.005, 0.05, 0.28, 0.28, 0.01, 0.005]],
+    [[400.0, 430.0, 480.0, 500.0, 540.0, 700.0], [0.26, 0.26, 0.20, 0.05, 0.005, 0.005]],
 ];
 
 /// 3 x 3 packages of three dies in a white box, before a panel.
@@ -37,7 +37,7 @@ pub fn coloured() -> String {
             0.15 * (k as f64 - 1.0)
         )
     };
-    let filter = |[nm, share]: &[[f64; 4]; 2]| {
+    let filter = |[nm, share]: &[[f64; 6]; 2]| {
         format!("[[panel.sub_pixels]]\nwavelength_nm = {nm:?}\ntransmittance = {share:?}\n\n")
     };
     let dies: String = DIES.iter().enumerate().map(die).collect();
@@ -219,8 +219,8 @@ fn the_panel_shows_the_picture_that_it_is_given() {
 fn levels_follow_from_the_picture_by_their_formula() {
     let folder = folder();
     let at = folder.path();
-    let pixels: Vec<u8> =
-        (0..36u8).flat_map(|k| [k * 7, (k * 53) % 251, (k * 101) % 241]).collect();
+    let numbers = (0..36u32).flat_map(|k| [k * 7, k * 53 % 251, k * 101 % 241]);
+    let pixels: Vec<u8> = numbers.map(|number| number as u8).collect();
     write_png(&at.join("film.png"), 6, &pixels);
     let line = "--picture film.png --transfer linear --white 6504K";
     let rules: [(&str, &dyn Fn(&[f64]) -> f64); 4] = [

@@ -132,6 +132,10 @@ impl<'a> Pictures<'a> {
             let mut drive = zoned.emitted_drive(command.contrast);
             drive.levels(white, &channels).with_context(|| file.clone())?;
         }
+        let grey = command.drives.as_ref().and_then(|drives| drives.grey.as_ref());
+        if let Some(grey) = grey.filter(|_| command.files.is_empty() && command.has_sub_pixels()) {
+            command.coloured(ColourImage::grey(grey), &arguments.pattern[0])?;
+        }
         // All are read before anything is traced or written.
         let mut size = None;
         for (number, path) in command.files.iter().enumerate() {
@@ -201,20 +205,16 @@ impl<'a> Pictures<'a> {
         cache: &Cache,
         context: RunContext,
     ) -> Result<Frame> {
-        let (picture, file) = match path {
-            Some(path) => {
-                self.picture(path, true).map(|(picture, record)| (picture, record.file))?
-            }
+        let picture = match path {
+            Some(path) => self.picture(path, true)?.0,
             None => {
                 let grey = self.drives.as_ref().and_then(|drives| drives.grey.clone());
                 let grey = grey.context("--picture: expected one, got none")?;
-                let file = self.arguments.pattern[0].clone();
-                let picture = if self.has_sub_pixels() {
-                    self.coloured(ColourImage::grey(&grey), &file)?
+                if self.has_sub_pixels() {
+                    self.coloured(ColourImage::grey(&grey), &self.arguments.pattern[0])?
                 } else {
                     Picture::Grey(grey)
-                };
-                (picture, file)
+                }
             }
         };
         let (image, light, space) = match picture {

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing zones`: dimming patterns of a backlight, and what a panel before it shows.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
 
+use arrays::cache::Cache;
 use arrays::csv::{self, Column};
 use arrays::exr;
 use design::Design;
@@ -29,15 +30,15 @@ use serde_json::json;
 use simulate::model::Model;
 use simulate::scene_check;
 use simulate::warnings::warnings;
-use zones::colour::ColourFigures;
+use zones::colour::{ColourFigures, FullDrive};
 use zones::reference::SHARES;
-use zones::{Dimmed, Request, ZonedDesign};
+use zones::{Array, Dimmed, Request, ZonedDesign};
 
 use super::arguments::cache;
 use super::outputs::results_writable;
 pub use super::zone_inputs::ZonesArgs;
 use super::zone_pictures::{
-    COLOUR_ARRAYS, FILM_COLUMNS, FILM_FOLDER, FILM_TABLE, PAINTED, Pictures,
+    COLOUR_ARRAYS, FILM_COLUMNS, FILM_FOLDER, FILM_TABLE, Frame, PAINTED, Pictures,
 };
 use output::capitalised;
 
@@ -121,17 +122,58 @@ impl Command<'_> {
             array.set(&drive);
             full = Some((drive, levels));
         }
+        let frame = self.shown(&array, full.as_ref(), &cache, context)?;
+        let found = &frame.found;
+        if found.reference.beyond.as_ref().is_some_and(|beyond| beyond.share.is_none()) {
+            context.console.warn(&format!(
+                "{}: the light of a package does not fall off within the array of the design, so that no figure is resolved; more packages there and --packages tell more",
+                self.design.provenance.file
+            ));
+        }
+        if let Some(direct) = found.direct.as_ref().filter(|direct| direct.largest > CONTRADICTS) {
+            context.console.warn(&format!(
+                "{}: the zones are {} standard errors off the direct trace at worst: do not rely on them, and please report it",
+                self.design.provenance.file,
+                significant(direct.largest)
+            ));
+        }
+        self.pictures.write_colours(&frame)?;
+        self.write_tables(found, &frame.drives)?;
+        self.write_maps(found)?;
+        if let (Some((full, _)), Some(colours)) = (&full, &found.colours) {
+            self.draw_colours(full.white_figures().luminance.value, colours)?;
+        }
+        let written = names.iter().skip(1).map(|name| FileRecord::of_output(out, name));
+        let written = written.collect::<Result<Vec<_>>>()?;
+        let colour = full.map(|full| self.pictures.colour_entry(&full, &frame));
+        let file = ZonesFile { colour, ..self.describe(found, written, context.seed) };
+        let json = sealed(serde_json::to_value(&file)?)?;
+        write_json(&out.join(FILE), &json)?;
+        context.console.result(&json, || {
+            let seconds = started.elapsed().as_secs_f64();
+            let lines = file.lines().into_iter();
+            let lines = lines.map(|(name, words)| format!("{name:<34} {words}\n"));
+            let table: String = lines.collect();
+            format!("{table}{seconds:.1} s; results in {}", out.display())
+        })
+    }
+
+    /// Shows all pictures, and writes the table and the pictures of several; the first.
+    fn shown(
+        &self,
+        array: &Array,
+        full: Option<&(FullDrive, Vec<f64>)>,
+        cache: &Cache,
+        context: RunContext,
+    ) -> Result<Frame> {
+        let out = &self.arguments.out;
+        let is_film = self.pictures.files.len() > 1;
         let (mut first, mut film) = (None, Vec::new());
         for number in 0..self.pictures.files.len().max(1) {
             context.interrupt.check()?;
             let path = self.pictures.files.get(number);
-            let frame = self.pictures.frame(
-                path.map(PathBuf::as_path),
-                &array,
-                full.as_ref(),
-                &cache,
-                context,
-            )?;
+            let frame =
+                self.pictures.frame(path.map(PathBuf::as_path), array, full, cache, context)?;
             if first.is_none() {
                 ensure!(
                     frame.drives.iter().flatten().any(|drive| *drive > 0.0),
@@ -157,43 +199,10 @@ impl Command<'_> {
             }
             first.get_or_insert(frame);
         }
-        let frame = first.context("no picture")?;
-        let found = &frame.found;
-        if found.reference.beyond.as_ref().is_some_and(|beyond| beyond.share.is_none()) {
-            context.console.warn(&format!(
-                "{}: the light of a package does not fall off within the array of the design, so that no figure is resolved; more packages there and --packages tell more",
-                self.design.provenance.file
-            ));
-        }
-        if let Some(direct) = found.direct.as_ref().filter(|direct| direct.largest > CONTRADICTS) {
-            context.console.warn(&format!(
-                "{}: the zones are {} standard errors off the direct trace at worst: do not rely on them, and please report it",
-                self.design.provenance.file,
-                significant(direct.largest)
-            ));
-        }
         if is_film {
             csv::write_text_csv(&out.join(FILM_TABLE), &FILM_COLUMNS, &film)?;
         }
-        self.pictures.write_colours(&frame)?;
-        self.write_tables(found, &frame.drives)?;
-        self.write_maps(found)?;
-        if let (Some((full, _)), Some(colours)) = (&full, &found.colours) {
-            self.draw_colours(full.white_figures().luminance.value, colours)?;
-        }
-        let written = names.iter().skip(1).map(|name| FileRecord::of_output(out, name));
-        let written = written.collect::<Result<Vec<_>>>()?;
-        let colour = full.map(|full| self.pictures.colour_entry(&full, &frame));
-        let file = ZonesFile { colour, ..self.describe(found, written, context.seed) };
-        let json = sealed(serde_json::to_value(&file)?)?;
-        write_json(&out.join(FILE), &json)?;
-        context.console.result(&json, || {
-            let seconds = started.elapsed().as_secs_f64();
-            let lines = file.lines().into_iter();
-            let lines = lines.map(|(name, words)| format!("{name:<34} {words}\n"));
-            let table: String = lines.collect();
-            format!("{table}{seconds:.1} s; results in {}", out.display())
-        })
+        first.context("no picture")
     }
 
     /// Files under the directory of results, the sealed one first.
