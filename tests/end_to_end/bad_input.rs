@@ -16,10 +16,12 @@ use batwing_tests::bad_input::{Case, good, json_cases, toml_cases};
 use batwing_tests::tables::smooth;
 use batwing_tests::tilted_box::write_box;
 use batwing_tests::{read, workspace};
+use formats::level_image::png_of_rgb;
 use formats::stl;
 use simulate::bodies::bodies;
 
 use crate::support::binary::{PATH, batwing};
+use crate::zone_colours::coloured;
 use crate::zones::boxed;
 
 const DESIGN: &str = include_str!("../bad_input/design.toml");
@@ -375,6 +377,16 @@ const COMMANDS: [(&str, &[&str]); 111] = [
         &["--contrast", "expected a number of at least 1", "0.5"],
     ),
     ("zones boxed.toml --pattern drives.csv --contrast nan", &["at least 1", "nan"]),
+    ("zones boxed.toml --pattern drives.csv --distance 0", &["--distance", "from 10 to 1e6", "0"]),
+    (
+        "zones boxed.toml --pattern drives.csv --distance 600 --age 200",
+        &["--age", "years from 0 to 120", "200"],
+    ),
+    (
+        "zones boxed.toml --pattern drives.csv --distance 600 --pigment 2",
+        &["--pigment", "from 0 (black) to 1.2", "2"],
+    ),
+    ("zones boxed.toml --pattern drives.csv --age 30", &["--distance"]),
     ("zones boxed.toml --pattern drives.csv --zones 5", &["--zones", "such as 48x27"]),
     (
         "zones boxed.toml --pattern drives.csv --packages 4x5",
@@ -391,6 +403,52 @@ const COMMANDS: [(&str, &[&str]); 111] = [
     ("zones boxed.toml --pattern drives.csv --model all", &["--model: expected one model"]),
     ("zones boxed.toml --pattern drives.csv --direct --packages 9x9", &["--packages"]),
     ("zones boxed.toml --pattern drives.csv --out file", &["cannot write into `file`"]),
+    (
+        "zones boxed.toml --pattern drives.csv --white 6504K",
+        &["--white: expected a design with several channels", "got `boxed.toml` without"],
+    ),
+    (
+        "zones rgb.toml --pattern full.csv --white 0.1,0.8",
+        &[
+            "rgb.toml: --white: expected a white within the gamut of the channels, got 0.1000,0.8000",
+            "the one of red (",
+        ],
+    ),
+    ("zones rgb.toml --pattern full.csv --white 500K", &["--white", "from 1000K to 25000K"]),
+    (
+        "zones rgb.toml --pattern cyan=full.csv --pattern red=full.csv",
+        &["--pattern: expected a channel of the design (red, green, blue), got \"cyan\""],
+    ),
+    (
+        "zones rgb.toml --pattern red=full.csv --pattern green=full.csv --picture full.csv",
+        &["--pattern: expected a file for each channel", "got none for \"blue\""],
+    ),
+    (
+        "zones rgb.toml --pattern red=full.csv --pattern green=full.csv --pattern blue=full.csv",
+        &["--picture: expected one beside a pattern for each channel, got none"],
+    ),
+    (
+        "zones rgb.toml --pattern full.csv --picture colours.png",
+        &["`colours.png`: colour type: expected grey or RGB of 8 or 16 bits", "got Rgba"],
+    ),
+    (
+        "zones rgb.toml --pattern full.csv --picture frames",
+        &["2.png`: --picture: expected 2 x 1 pixels as in the first, got 3 x 1"],
+    ),
+    (
+        "zones rgb.toml --picture frames/1.png --levels max",
+        &["1.png`: --levels: expected a pixel or more in every zone of 3 x 3, got 2 x 1 pixels"],
+    ),
+    ("zones rgb.toml --picture full.csv --levels median", &["--levels", "percentile=P"]),
+    (
+        "zones rgb.toml --picture full.csv --levels max --power-limit 2",
+        &["--power-limit", "a share of full white above 0, up to 1"],
+    ),
+    (
+        "zones rgb.toml --pattern full.csv --transfer pq",
+        &["`full.csv`: --transfer: expected srgb, linear or gamma=G where levels are not in cd/m²"],
+    ),
+    ("zones rgb.toml --pattern full.csv --direct", &["--direct: expected none with channels"]),
     ("import f.doc", &["f.doc: expected a table, a far field, rays or scattering, cannot open it"]),
     ("import file", &["expected a file ending in"]),
     (
@@ -429,6 +487,13 @@ fn commands() -> TempDir {
     write("d1.toml", &read("data/designs/d1.toml"));
     write("lamp.toml", LAMP);
     write("boxed.toml", &boxed(5));
+    write("rgb.toml", &coloured());
+    write("full.csv", &"1,1,1\n".repeat(3));
+    std::fs::create_dir(at.join("frames")).expect("a folder");
+    for (name, columns) in [("1", 2), ("2", 3)] {
+        let png = png_of_rgb(columns, &vec![90; 3 * columns]).expect("a row");
+        std::fs::write(at.join(format!("frames/{name}.png")), png).expect("written");
+    }
     write("drives.csv", &"0,1,0,1,0\n".repeat(5));
     write("bright.csv", "0,1\n1.5,0\n");
     write("nan.csv", "0,NaN\n");

@@ -60,4 +60,5 @@ mod tutorial;
 mod unlit_receivers;
 mod verdicts;
 mod walls_through_bins;
+mod zone_colours;
 mod zones;

@@ -70,6 +70,9 @@ pub const NEW_DESIGN: &str = include_str!("new_design.toml");
 /// The same of packages under films.
 pub const NEW_BACKLIGHT: &str = include_str!("new_backlight.toml");
 
+/// The same of packages with dies of three colours, before a panel.
+pub const NEW_RGB_BACKLIGHT: &str = include_str!("new_rgb_backlight.toml");
+
 /// Keys of earlier versions, with the reason why they are gone.
 const REMOVED: [(&str, &str); 4] = [
     (

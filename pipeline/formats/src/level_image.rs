@@ -4,7 +4,8 @@
 //! A text file has a line for each row of numbers, between commas, semicolons or blanks; lines that
 //! are empty or begin with `#` are skipped. A PNG is grey with 8 or 16 bits, read as linear: the
 //! largest number is 1. The first row of both is the top, of the largest y. Height maps are read
-//! alike, of any finite numbers, and as `.npy` too.
+//! alike, of any finite numbers, and as `.npy` too. Colour images are the same with red, green and
+//! blue of a PNG.
 
 use std::io::Cursor;
 use std::ops::RangeInclusive;
@@ -90,6 +91,54 @@ impl LevelImage {
     }
 }
 
+/// Red, green and blue in columns and rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ColourImage {
+    /// Pixels along x.
+    pub columns: usize,
+    /// Pixels along y.
+    pub rows: usize,
+    /// Levels from 0 to 65535, row after row from the bottom; of a grey image three alike.
+    pub levels: Vec<[u16; 3]>,
+    /// True if the file is grey.
+    pub is_grey: bool,
+    /// Primaries and transfer that the file states, by the code points of ITU-T H.273.
+    pub code_points: Option<[u8; 2]>,
+}
+
+impl ColourImage {
+    /// Reads the file at `path`; its record beside the image.
+    ///
+    /// # Errors
+    /// As [`LevelImage::read`]; a colour profile other than sRGB.
+    pub fn read(path: &Path) -> Result<(Self, FileRecord)> {
+        let name = path.display().to_string();
+        let read = || -> Result<(Self, FileRecord)> {
+            let bytes = bounded_bytes(path, MAX_ROWS)?;
+            let image = if bytes.starts_with(PNG) {
+                Png::decode(&bytes, true)?.colours()?
+            } else {
+                Self::grey(&from_text(&bytes, &LEVELS)?)
+            };
+            Ok((image, FileRecord::new(name.clone(), &bytes)))
+        };
+        read().with_context(|| format!("`{name}`"))
+    }
+
+    /// The same grey as levels.
+    pub fn grey(image: &LevelImage) -> Self {
+        let levels = image.levels.iter().map(|level| [(65_535.0 * level).round() as u16; 3]);
+        let (columns, rows) = (image.columns, image.rows);
+        Self { columns, rows, levels: levels.collect(), is_grey: true, code_points: None }
+    }
+
+    /// Levels of red, green or blue from 0 to 1, as they are.
+    pub fn plane(&self, colour: usize) -> LevelImage {
+        let levels = self.levels.iter().map(|levels| f64::from(levels[colour]) / 65_535.0);
+        LevelImage { columns: self.columns, rows: self.rows, levels: levels.collect() }
+    }
+}
+
 fn from_npy(bytes: &[u8]) -> Result<LevelImage> {
     let (shape, values) = npy::read::<f64>(bytes)?;
     let &[rows, columns] = &shape[..] else {
@@ -137,31 +186,98 @@ fn from_text(bytes: &[u8], (range, one): &Numbers) -> Result<LevelImage> {
 }
 
 fn from_png(bytes: &[u8]) -> Result<LevelImage> {
-    let limits = Limits { bytes: 8 * MAX_LEVELS };
-    let mut reader = Decoder::new_with_limits(Cursor::new(bytes), limits).read_info()?;
-    let info = reader.info();
-    let (columns, rows) = (info.width as usize, info.height as usize);
-    ensure!(
-        columns.saturating_mul(rows) <= MAX_LEVELS,
-        "expected at most {MAX_LEVELS} pixels, got {columns} x {rows}"
-    );
-    let (colour, depth) = (info.color_type, info.bit_depth);
-    let per_level = match (colour, depth) {
-        (ColorType::Grayscale, BitDepth::Eight) => 1,
-        (ColorType::Grayscale, BitDepth::Sixteen) => 2,
-        _ => bail!(
-            "colour type: expected grey of 8 or 16 bits without alpha, got {colour:?} of {} bits",
-            depth as u8
-        ),
-    };
-    let mut pixels = vec![0; columns * rows * per_level];
-    reader.next_frame(&mut pixels)?;
-    let level = |pixel: &[u8]| match pixel {
-        [high, low] => f64::from(u16::from_be_bytes([*high, *low])) / f64::from(u16::MAX),
-        _ => f64::from(pixel[0]) / f64::from(u8::MAX),
-    };
-    let levels: Vec<f64> = pixels.chunks_exact(per_level).map(level).collect();
-    Ok(LevelImage::from_top(columns, &levels))
+    let png = Png::decode(bytes, false)?;
+    let levels: Vec<f64> = png.numbers.iter().map(|n| f64::from(*n) / 65_535.0).collect();
+    Ok(LevelImage::from_top(png.columns, &levels))
+}
+
+/// A PNG of `columns` pixels a row from red, green and blue of 8 bits, the top row first.
+///
+/// # Errors
+/// No whole rows.
+pub fn png_of_rgb(columns: usize, rgb: &[u8]) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let size = [columns, rgb.len() / (3 * columns).max(1)].map(u32::try_from);
+    let [columns, rows] = size;
+    let mut encoder = png::Encoder::new(&mut bytes, columns?, rows?);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.write_header()?.write_image_data(rgb)?;
+    Ok(bytes)
+}
+
+/// Pixels of a PNG from the top.
+struct Png {
+    columns: usize,
+    /// Numbers of a pixel: 1 of grey, 3 of colours.
+    depth: usize,
+    /// From 0 to 65535.
+    numbers: Vec<u16>,
+    /// True if it states a profile that is not sRGB.
+    has_profile: bool,
+    code_points: Option<[u8; 2]>,
+}
+
+impl Png {
+    fn decode(bytes: &[u8], takes_colours: bool) -> Result<Self> {
+        let limits = Limits { bytes: 8 * MAX_LEVELS };
+        let mut reader = Decoder::new_with_limits(Cursor::new(bytes), limits).read_info()?;
+        let info = reader.info();
+        let (columns, rows) = (info.width as usize, info.height as usize);
+        ensure!(
+            columns.saturating_mul(rows) <= MAX_LEVELS,
+            "expected at most {MAX_LEVELS} pixels, got {columns} x {rows}"
+        );
+        let (colour, bits) = (info.color_type, info.bit_depth);
+        let depth = match colour {
+            ColorType::Grayscale => Some(1),
+            ColorType::Rgb if takes_colours => Some(3),
+            _ => None,
+        };
+        let depth = depth.filter(|_| matches!(bits, BitDepth::Eight | BitDepth::Sixteen));
+        let Some(depth) = depth else {
+            bail!(
+                "colour type: expected grey{} of 8 or 16 bits without alpha, got {colour:?} of {} bits",
+                if takes_colours { " or RGB" } else { "" },
+                bits as u8
+            );
+        };
+        let is_srgb = |profile: &[u8]| {
+            let holds = |name: &[u8]| profile.windows(name.len()).any(|part| part == name);
+            holds(b"sRGB") || holds(b"s\0R\0G\0B")
+        };
+        let has_profile = info.icc_profile.as_ref().is_some_and(|profile| !is_srgb(profile));
+        let stated = info.coding_independent_code_points;
+        let code_points = stated.map(|of| [of.color_primaries, of.transfer_function]);
+        let per_number = if bits == BitDepth::Eight { 1 } else { 2 };
+        let mut pixels = vec![0; columns * rows * depth * per_number];
+        reader.next_frame(&mut pixels)?;
+        let number = |bytes: &[u8]| match bytes {
+            [high, low] => u16::from_be_bytes([*high, *low]),
+            _ => 257 * u16::from(bytes[0]),
+        };
+        let numbers = pixels.chunks_exact(per_number).map(number).collect();
+        Ok(Self { columns, depth, numbers, has_profile, code_points })
+    }
+
+    fn colours(self) -> Result<ColourImage> {
+        ensure!(
+            !self.has_profile,
+            "colour space: expected no profile or that of sRGB, got another ICC profile"
+        );
+        let pixel = |numbers: &[u16]| [0, 1, 2].map(|k| numbers[k % self.depth]);
+        let rows = self.numbers.chunks(self.columns * self.depth).rev();
+        let levels = rows.flat_map(|row| row.chunks_exact(self.depth).map(pixel));
+        let levels: Vec<[u16; 3]> = levels.collect();
+        Ok(ColourImage {
+            columns: self.columns,
+            rows: levels.len() / self.columns,
+            levels,
+            is_grey: self.depth == 1,
+            code_points: self.code_points,
+        })
+    }
 }
 
 #[cfg(test)]

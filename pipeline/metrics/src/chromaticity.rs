@@ -31,8 +31,14 @@ static LOCUS: LazyLock<Vec<[f64; 2]>> = LazyLock::new(|| {
     (-1..=rows).map(|row| of_radiator(RANGE_K[0] * (STEP * f64::from(row)).exp())).collect()
 });
 
-/// (u, v) of a radiator, by sums over the rows of the table.
+/// (u, v) of a radiator.
 fn of_radiator(kelvin: f64) -> [f64; 2] {
+    let [u, v] = uv(radiator(kelvin)).unwrap_or_default();
+    [u, v / 1.5]
+}
+
+/// X, Y and Z of a radiator, up to a factor, by sums over the rows of the table.
+fn radiator(kelvin: f64) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for nm in colour_matching::knots_nm() {
         let power = (nm / 560.0).powi(-5) / (C2 / (nm * kelvin)).exp_m1();
@@ -40,14 +46,41 @@ fn of_radiator(kelvin: f64) -> [f64; 2] {
             *sum += power * matching;
         }
     }
-    let [u, v] = uv(sum).unwrap_or_default();
-    [u, v / 1.5]
+    sum
 }
 
 /// u' and v' of X, Y and Z; `None` of no light.
 pub fn uv([x, y, z]: [f64; 3]) -> Option<[f64; 2]> {
     let sum = x + 15.0 * y + 3.0 * z;
     (sum > 0.0).then(|| [4.0 * x / sum, 9.0 * y / sum])
+}
+
+/// x and y of X, Y and Z; `None` of no light.
+pub fn xy([x, y, z]: [f64; 3]) -> Option<[f64; 2]> {
+    let sum = x + y + z;
+    (sum > 0.0).then(|| [x / sum, y / sum])
+}
+
+/// X, Y and Z of x and y, with Y = 1.
+pub fn xyz_of_xy([x, y]: [f64; 2]) -> [f64; 3] {
+    [x / y, 1.0, (1.0 - x - y) / y]
+}
+
+/// Temperatures at which [`white_of`] gives daylight, K.
+pub const DAYLIGHT_K: [f64; 2] = [4000.0, 25_000.0];
+
+/// x and y of the white of a temperature: from 4000 to 25 000 K that of daylight (CIE 015:2018,
+/// 4.1.2; 6504 K is D65), from 1000 to 4000 K that of the Planckian radiator; `None` beyond.
+pub fn white_of(kelvin: f64) -> Option<[f64; 2]> {
+    let t = 1e3 / kelvin;
+    let cubic = |[a, b, c, d]: [f64; 4]| a + t * (b + t * (c + t * d));
+    let x = match kelvin {
+        k if (RANGE_K[0]..DAYLIGHT_K[0]).contains(&k) => return xy(radiator(k)),
+        k if (DAYLIGHT_K[0]..=7000.0).contains(&k) => cubic([0.244_063, 0.099_11, 2.9678, -4.6070]),
+        k if (7000.0..=DAYLIGHT_K[1]).contains(&k) => cubic([0.237_040, 0.247_48, 1.9018, -2.0064]),
+        _ => return None,
+    };
+    Some([x, -3.0 * x * x + 2.870 * x - 0.275])
 }
 
 /// Correlated colour temperature, K, and Duv of u' and v'; `None` where they are not stated.
@@ -207,10 +240,6 @@ impl Chromaticity {
 mod tests {
     use super::*;
 
-    fn of_xy([x, y]: [f64; 2]) -> [f64; 3] {
-        [x / y, 1.0, (1.0 - x - y) / y]
-    }
-
     /// x, y and the temperature of CIE 015:2018, tables 3 and 11 (FL2, FL4, FL7 and FL11, printed to
     /// 10 K), and of D50 and D75 there; Duv of D65 and of the equal-energy light E follows from the
     /// definition (Ohno 2014 gives 0.0032 for D65).
@@ -227,7 +256,7 @@ mod tests {
             ("FL7", [0.3129, 0.3292], 6500.0, None),
             ("FL11", [0.3805, 0.3769], 4000.0, None),
         ] {
-            let [_, _, found, of] = figures(of_xy(xy));
+            let [_, _, found, of] = figures(xyz_of_xy(xy));
             // Half a step of the last digit of x and y is some 5 K there.
             let printed = if duv.is_some() { 2.0 } else { 10.0 };
             assert!((found - kelvin).abs() < printed, "{name}: {found} K");
@@ -236,7 +265,7 @@ mod tests {
         for (xy, printed) in
             [([0.312_72, 0.329_03], [0.1978, 0.4683]), ([1.0 / 3.0, 1.0 / 3.0], [0.2105, 0.4737])]
         {
-            let found = uv(of_xy(xy)).expect("lit");
+            let found = uv(xyz_of_xy(xy)).expect("lit");
             assert!((0..2).all(|k| (found[k] - printed[k]).abs() < 6e-5), "{found:?}");
         }
     }
@@ -267,6 +296,26 @@ mod tests {
         }
     }
 
+    /// D55, D65 and D75 of CIE 015:2018, table 3; illuminant A by its definition at 2855.5 K.
+    #[test]
+    fn whites_of_temperatures_are_the_published_ones() {
+        for (kelvin, [x, y]) in [
+            (5503.0, [0.332_43, 0.347_44]),
+            (6504.0, [0.312_72, 0.329_03]),
+            (7504.0, [0.299_03, 0.314_88]),
+            (2855.5, [0.447_58, 0.407_45]),
+        ] {
+            let found = white_of(kelvin).expect("stated");
+            assert!((found[0] - x).abs() < 1.2e-4 && (found[1] - y).abs() < 1.2e-4, "{found:?}");
+        }
+        assert_eq!([999.0, 25_001.0, f64::NAN].map(white_of), [None; 3]);
+        // Both parts of the daylight locus meet, and whites have the temperature that names them.
+        for kelvin in [1000.5, 3999.0, 4001.0, 6999.9, 7000.1, 15_000.0] {
+            let [_, _, found, _] = figures(xyz_of_xy(white_of(kelvin).expect("stated")));
+            assert!((found / kelvin - 1.0).abs() < 2e-3, "{kelvin}: {found}");
+        }
+    }
+
     #[test]
     fn radiators_have_their_own_temperature() {
         for kelvin in [1000.5, 1234.5, 2700.0, 5432.1, 12_345.0, 19_990.0] {
@@ -288,7 +337,7 @@ mod tests {
     fn errors_hold_the_covariances() {
         let mut rng = tracer::random::stream(17, 0);
         let mut normal = || (0..12).map(|_| tracer::random::unit(&mut rng)).sum::<f64>() - 6.0;
-        let white = of_xy([0.36, 0.36]);
+        let white = xyz_of_xy([0.36, 0.36]);
         // What X, Y and Z have in common moves no colour.
         let mut draw = || {
             let common = 0.1 * normal();

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The largest distance between the chromaticities of any two of some points, parts or directions.
+//! The largest distance between the chromaticities of any two of some points, parts or directions, and
+//! that of colours to one of them.
 //!
-//! Δu'v' = ((Δu')² + (Δv')²)^½, in which colour uniformity of displays is stated (IDMS 1.2, 8.1).
+//! Δu'v' = ((Δu')² + (Δv')²)^½, in which colour uniformity of displays is stated (IDMS 1.2, 8.1);
+//! ΔE_ITP, in which errors of pictures are ([`itp`]).
 //!
 //! Noise makes every distance larger, and the largest of them more so. The distance that one half of
 //! the paths finds, read in the other half along its direction between the same points, lies below
@@ -10,7 +12,7 @@
 
 use super::chromaticity::uv;
 use super::halves::picked;
-use super::{Estimate, Grouped};
+use super::{Estimate, Grouped, itp};
 
 /// Distances up to it are rounding of sums over bins, and the points of one chromaticity.
 const ROUNDING: f64 = 1e-12;
@@ -38,6 +40,55 @@ pub fn estimate(values: &Grouped) -> Option<Estimate> {
             let [s, t] = between(&colours, pair);
             (u * s + v * t) / length([u, v])
         })
+    };
+    Some(picked(values, pick, read)).filter(|found| found.standard_error.is_finite())
+}
+
+/// Coordinates of X, Y and Z in which the difference of colours is a distance; `None` of no light.
+pub type Coordinates = fn([f64; 3]) -> Option<[f64; 3]>;
+
+/// u' and v', of Δu'v'.
+pub const IN_UV: Coordinates = |xyz| uv(xyz).map(|[u, v]| [u, v, 0.0]);
+/// 720 (I, T, P), of ΔE_ITP; X, Y and Z in cd/m².
+pub const IN_ITP: Coordinates = |xyz| Some(itp::coordinates(xyz));
+
+/// The largest distance of a point to the last one, with its error, from groups of paths; `None` if a
+/// point is dark in half of them, or of fewer than two points. Points are best no smaller than what
+/// an eye tells apart, such as zones: every one is read in every half.
+pub fn from_last(values: &Grouped, coordinates: Coordinates) -> Option<Estimate> {
+    let points = values.total().len() / 3;
+    let at = |values: &Tristimulus, point: usize| {
+        let xyz = values.as_chunks::<3>().0.get(point)?;
+        coordinates(*xyz)
+    };
+    let last = points.checked_sub(1).filter(|last| *last > 0)?;
+    let difference = |values: &Tristimulus, point: usize| {
+        let [a, b] = [at(values, point)?, at(values, last)?];
+        Some([0, 1, 2].map(|k| a[k] - b[k]))
+    };
+    let product = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| a[k] * b[k]).sum::<f64>();
+    let pick = |values: &Tristimulus| {
+        let origin = at(values, last)?;
+        let mut far = (-1.0, 0, [0.0; 3]);
+        for point in 0..last {
+            let here = at(values, point)?;
+            let along = [0, 1, 2].map(|k| here[k] - origin[k]);
+            let square = product(along, along);
+            if square > far.0 {
+                far = (square, point, along);
+            }
+        }
+        Some((far.1, far.2))
+    };
+    // Along the difference that was picked.
+    let read = |picked: &Option<(usize, [f64; 3])>, values: &Tristimulus| {
+        let read = || {
+            let (point, along) = (*picked)?;
+            let length = product(along, along).sqrt();
+            let found = difference(values, point)?;
+            Some(if length <= ROUNDING { 0.0 } else { product(found, along) / length })
+        };
+        read().unwrap_or(f64::NAN)
     };
     Some(picked(values, pick, read)).filter(|found| found.standard_error.is_finite())
 }
@@ -151,6 +202,37 @@ mod tests {
         let error = estimate.standard_error + estimate.bias_bound.unwrap_or(0.0);
         assert!((estimate.value - expected).abs() < 3.0 * error, "{estimate:?}");
         assert!(error < 2e-3, "{error}");
+    }
+
+    /// A ramp whose colour runs off its white: the largest Δu'v' is that of its far end, and ΔE_ITP that
+    /// of [`itp::difference`]. Of one colour, noise alone is no difference.
+    #[test]
+    fn a_ramp_differs_from_its_white_by_its_far_end() {
+        let ramp: Vec<[f64; 2]> = (0..9)
+            .map(|k| [0.2 + 0.0005 * f64::from(8 - k), 0.47 - 0.001 * f64::from(8 - k)])
+            .collect();
+        let expected = 0.004f64.hypot(0.008);
+        let itp = itp::difference(xyz(ramp[0]).map(|v| 100.0 * v), xyz(ramp[8]).map(|v| 100.0 * v));
+        let bright = |values: Grouped| values.map(|all| all.iter().map(|v| 100.0 * v).collect());
+        let exact = bright(Grouped::new(vec![
+            ramp.iter()
+                .flat_map(|uv| xyz(*uv))
+                .map(|v| v / 2.0)
+                .collect();
+            2
+        ]));
+        let noisy = bright(grouped(&ramp, 1e-4));
+        for (coordinates, expected) in [(IN_UV, expected), (IN_ITP, itp)] {
+            let found = from_last(&exact, coordinates).expect("lit");
+            assert!((found.value - expected).abs() < 1e-9 * expected, "{found:?}");
+            let found = from_last(&noisy, coordinates).expect("lit");
+            assert!(found.standard_error > 0.0 && found.standard_error < 0.1 * expected);
+            assert!((found.value - expected).abs() < 3.0 * found.standard_error, "{found:?}");
+        }
+        let even = from_last(&grouped(&[[0.2, 0.48]; 9], 1e-3), IN_UV).expect("lit");
+        assert!(even.value <= even.bias_bound.unwrap_or(0.0) + 2.0 * even.standard_error);
+        let one = Grouped::new(vec![vec![1.0; 3]; 4]);
+        assert_eq!(from_last(&one, IN_UV), None);
     }
 
     /// Noise alone makes a difference that lies within error and bound of none.

@@ -55,6 +55,13 @@ mod tests {
         for (k, printed) in [21.3714, 21.3711, 21.3715].into_iter().enumerate() {
             assert!((sum(k) - printed).abs() < 4e-4, "{k}: {}", sum(k));
         }
+        // Below the table of every nanometre stand these sums; the largest ȳ is 1, at 555 nm.
+        for (k, printed) in [106.8655, 106.8569, 106.8922].into_iter().enumerate() {
+            let sum: f64 = ROWS.iter().map(|row| row[k + 1]).sum();
+            assert!((sum - printed).abs() < 1e-3, "{k}: {sum}");
+        }
+        let brightest = knots_nm().max_by(|a, b| xyz(*a)[1].total_cmp(&xyz(*b)[1]));
+        assert_eq!((brightest, xyz(555.0)[1]), (Some(555.0), 1.0));
         assert_eq!([xyz(359.999), xyz(830.001), xyz(f64::NAN)], [[0.0; 3]; 3]);
         // Rows of ISO/CIE 11664-1 between those of every 5 nm, and a middle.
         for (nm, v) in [(452.0, 0.041_768), (412.0, 0.001_530_752), (360.0, 3.917e-6)] {

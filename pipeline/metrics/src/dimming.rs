@@ -6,6 +6,7 @@
 //! |---|---|
 //! | behind the panel | L = min(max(T W, B / C), B) ([`behind_panel`]) |
 //! | bias of noise there | s exp(-d²/2) / √π at each of its two bends ([`panel_bias`]) |
+//! | window of a share of the area | the part of each cell that it covers ([`window`]) |
 //! | radius of a level | where the mean over rings first falls below the level beyond its largest ([`radius_at`]) |
 //! | light beyond the reach | Σ n_j d_R q^(j-R) over the shells j beyond the last, R ([`beyond`]) |
 
@@ -35,6 +36,18 @@ pub fn panel_bias(backlight: Estimate, wanted: f64, contrast: f64) -> f64 {
         standard_error * (-0.5 * d * d).exp() / std::f64::consts::PI.sqrt()
     };
     of_bend(wanted) + of_bend(wanted * contrast) / contrast
+}
+
+/// Levels of a window of this `share` of the area, in the middle and of the shape of the display, in
+/// `columns` times `rows` cells, row by row: the part of each that it covers.
+pub fn window(columns: usize, rows: usize, share: f64) -> Vec<f64> {
+    let side = share.sqrt();
+    let part = |cell: usize, count: usize| {
+        let [from, to] = [cell, cell + 1].map(|k| k as f64 / count as f64);
+        let covered = to.min(0.5 + 0.5 * side) - from.max(0.5 - 0.5 * side);
+        (covered.max(0.0) * count as f64).min(1.0)
+    };
+    (0..rows).flat_map(|j| (0..columns).map(move |i| part(i, columns) * part(j, rows))).collect()
 }
 
 /// The distance at which `values` at these distances first fall below `share` of the largest,
@@ -123,6 +136,18 @@ mod tests {
         assert!(panel_bias(Estimate::new(1.0, 0.0), 1.0, 10.0).abs() < f64::MIN_POSITIVE);
         // Black leaks in proportion to a backlight far from dark: nothing bends.
         assert!(panel_bias(Estimate::new(100.0, 3.0), 0.0, 5000.0) < 1e-100);
+    }
+
+    #[test]
+    fn windows_cover_their_share() {
+        for (columns, rows, share) in [(16, 9, 0.1), (3, 3, 0.1), (48, 27, 1.0), (1, 1, 0.25)] {
+            let levels = window(columns, rows, share);
+            let mean = levels.iter().sum::<f64>() / (columns * rows) as f64;
+            assert!((mean - share).abs() < 1e-12, "{columns} {rows}: {mean}");
+            let reversed: Vec<f64> = levels.iter().rev().copied().collect();
+            assert!(levels.iter().zip(reversed).all(|(a, b)| (a - b).abs() < 1e-12));
+        }
+        assert!(window(4, 4, 0.25)[5] > 1.0 - 1e-12);
     }
 
     #[test]

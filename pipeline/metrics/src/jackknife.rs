@@ -30,6 +30,21 @@ impl Grouped {
         Self { groups, total }
     }
 
+    /// From readings that each leave out one group, scaled to the total as by [`Grouped::without`], and
+    /// that of all groups. Groups of what is no sum are pseudo-values (J. W. Tukey, Ann. Math. Stat. 29
+    /// (1958) 614), whose sum is free of bias to first order.
+    ///
+    /// # Panics
+    /// With fewer than two readings without a group or unequal lengths.
+    pub fn from_readings(without: &[Vec<f64>], all: &[f64]) -> Self {
+        let rest = (without.len() as f64 - 1.0) / without.len() as f64;
+        let group = |without: &Vec<f64>| {
+            assert_eq!(without.len(), all.len(), "readings of unequal length");
+            all.iter().zip(without).map(|(all, without)| all - rest * without).collect()
+        };
+        Self::new(without.iter().map(group).collect())
+    }
+
     /// Number of groups.
     pub fn count(&self) -> usize {
         self.groups.len()
@@ -223,6 +238,25 @@ mod tests {
         let copied = (mapped.total().to_vec(), mapped.standard_errors());
         assert_eq!(a.each(f), copied);
         assert_eq!(a.into_map(|bins| whole(&bins)), mapped);
+    }
+
+    #[test]
+    fn readings_without_groups_give_the_groups_back() {
+        let mut rng = tracer::random::stream(6, 0);
+        let mut draw = || -> Vec<f64> { (0..3).map(|_| tracer::random::unit(&mut rng)).collect() };
+        let groups = Grouped::new((0..8).map(|_| draw()).collect());
+        let without: Vec<Vec<f64>> = (0..8).map(|g| groups.without(g)).collect();
+        let back = Grouped::from_readings(&without, groups.total());
+        for g in 0..8 {
+            let pairs = back.group(g).iter().zip(groups.group(g));
+            assert!(pairs.fold(0.0f64, |most, (a, b)| most.max((a - b).abs())) < 1e-14);
+        }
+        // The square of a mean lies too high by the variance of the mean, which pseudo-values lack.
+        let square = |sums: &[f64]| vec![(sums[0] / 8.0).powi(2)];
+        let squares: Vec<Vec<f64>> = without.iter().map(|sums| square(sums)).collect();
+        let free = Grouped::from_readings(&squares, &square(groups.total())).total()[0];
+        let variance = (groups.standard_errors()[0] / 8.0).powi(2);
+        assert!((square(groups.total())[0] - variance - free).abs() < 1e-12);
     }
 
     #[test]

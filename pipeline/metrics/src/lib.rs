@@ -26,6 +26,8 @@
 //! | [`extraction`] | extraction efficiency, ends of light |
 //! | [`chromaticity`], [`colour_matching`], [`photopic`] | u', v', colour temperature; CIE tables |
 //! | [`colour_difference`], [`colour_regions`], [`colour_map`] | colour over cell, angle and maps |
+//! | [`gamut`], [`itp`], [`transfer`] | primaries and what they reach, ΔE_ITP, levels of pictures |
+//! | [`glare`] | light that the eye scatters over a display |
 //! | [`dimming`] | panel before a backlight, spread of a zone's light |
 //! | [`bins`] | mean and extremes over the bins of a receiver |
 //! | [`estimate`], [`hits`] | value with standard error, bound of a sum that no path reached |
@@ -48,9 +50,12 @@ pub mod estimate;
 pub mod extraction;
 pub mod far_field;
 pub mod figures;
+pub mod gamut;
+pub mod glare;
 mod halves;
 pub mod hits;
 pub mod illuminance;
+pub mod itp;
 mod jackknife;
 mod jackknifed_figure;
 pub mod kinds;
@@ -61,6 +66,7 @@ pub mod plural;
 pub mod quantity;
 mod sample;
 mod sampled;
+pub mod transfer;
 pub mod uniformity;
 pub mod uniformity_forms;
 pub mod valley;

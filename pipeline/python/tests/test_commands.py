@@ -83,6 +83,35 @@ def test_figures_of_zones_have_units_and_errors(dimmed: simulate.Zones) -> None:
         dimmed.to_xarray("rows")
 
 
+def test_zones_in_colour_are_arrays_of_xyz() -> None:
+    """Channels of two lines before sub-pixels that pass all: X, Y and Z of a line are in its ratio."""
+    data = boxed().data
+    data["light"] = {"wavelength_nm": 550.0, "weighting": "photometric"}
+    data["sources"] = [
+        {
+            "name": name,
+            "channel": name,
+            "kind": "rectangle",
+            "position_mm": [0.0, 0.0, 0.15],
+            "size_mm": [0.1, 0.1],
+            "wavelength_nm": nm,
+        }
+        for name, nm in (("red", 630.0), ("blue", 450.0))
+    ]
+    clear = {"wavelength_nm": [400, 700], "transmittance": [0.3, 0.3]}
+    data["panel"] = {"sub_pixels": [clear, clear, clear]}
+    pattern = {"red": DRIVES, "blue": np.zeros_like(DRIVES)}
+    found = simulate.zones(simulate.Design(data), pattern, picture=DRIVES, seed=3)
+    assert found.xyz.keys() == found.maps.keys() == {"backlight", "panel"}
+    x, y, z = found.xyz["backlight"]
+    np.testing.assert_allclose(y, found.maps["backlight"].values, rtol=1e-9)
+    # CIE 1931 at 630 nm: 0.6424, 0.2650, 0.0000.
+    lit = y > 0.0
+    np.testing.assert_allclose(x[lit] / y[lit], 0.6424 / 0.2650, rtol=1e-3)
+    assert (z[lit] < 1e-3 * y[lit]).all()
+    np.testing.assert_array_equal(found.tables["zones"]["drive_red"], DRIVES.ravel())
+
+
 def test_zones_of_files_and_arrays_are_those_of_the_binary(
     binary: str, dimmed: simulate.Zones, tmp_path: Path
 ) -> None:

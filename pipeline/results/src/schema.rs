@@ -258,6 +258,9 @@ pub struct SpectrumEntry {
     /// for each source.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by_source: Option<BTreeMap<String, SourceEntry>>,
+    /// The same of every channel of `[[sources]]`, where there are several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_channel: Option<BTreeMap<String, SourceEntry>>,
 }
 
 impl SpectrumEntry {

@@ -22,6 +22,9 @@ pub const SCHEMA_VERSION: u32 = 1;
 pub const SPREAD: &str = "light_spread.csv";
 /// Files of the maps, without their endings: backlight, and light behind the panel.
 pub const MAPS: [&str; 2] = ["backlight", "panel"];
+/// Pictures in colour, where there are such, without their ending: picture, backlight and panel as
+/// they look, ΔE_ITP of the halo, and that of the panel against the picture.
+pub const COLOUR_PICTURES: [&str; 3] = ["seen", "halo", "error"];
 
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -73,8 +76,8 @@ pub struct ZonesFile {
     /// Groups of paths behind the errors of extremes in `uniformity`: 64, or 16 of maps of more
     /// than 312 500 bins.
     pub groups_of_extremes: usize,
-    /// Means of `black` bins beside bright ones and of the `bright` ones, and `contrast`, the first
-    /// over the second; null without black beside bright.
+    /// Means of `black` bins beside bright ones and of the `bright` ones, `contrast`, the first over the
+    /// second, and with `--distance` what of it is `hidden`; null without black beside bright.
     pub halo: Option<Halo>,
     /// Light of the zone nearest to the middle: `zone` (column from the left, row from the top,
     /// from 1), `centre_mm`, and `radii`, each with the `share` of the largest ring and
@@ -83,6 +86,11 @@ pub struct ZonesFile {
     /// With `--direct`, comparison with a trace of the pattern itself: number of `zones`,
     /// `chi_square`, and the `largest` difference in standard errors.
     pub direct: Option<Direct>,
+    /// Of designs with channels or a panel of sub-pixels: levels of the `channels` at full drive,
+    /// `white` of the panel there, `gamut` of its primaries, and of the pattern `power`, light that is
+    /// `missing` and `leaking`, and `halo_itp`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub colour: Option<ColourEntry>,
 }
 
 impl SealedFile for ZonesFile {
@@ -134,8 +142,15 @@ impl ZonesFile {
                 line("bright".to_owned(), shown::text(&halo.bright, unit));
                 let contrast = shown::text(&halo.contrast, Unit::Relative);
                 line("halo contrast".to_owned(), contrast);
+                if let Some((hidden, eye)) = halo.hidden.as_ref().zip(halo.viewing) {
+                    let name = format!("halo hidden by the eye at {} mm", eye.distance_mm);
+                    line(name, shown::text(hidden, Unit::Fraction));
+                }
             }
             None => line("halo contrast".to_owned(), "no black beside bright".to_owned()),
+        }
+        if let Some(colour) = &self.colour {
+            colour.lines(unit, &mut line);
         }
         if let Some(direct) = &self.direct {
             let words = format!(
@@ -166,6 +181,23 @@ pub struct Halo {
     pub bright: FigureEntry,
     /// The first over the second.
     pub contrast: FigureEntry,
+    /// Share of the black bins' light below the veil that the eye's own glare lays there (CIE 146).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hidden: Option<FigureEntry>,
+    /// The eye, of `hidden`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub viewing: Option<ViewingEntry>,
+}
+
+/// An eye before the middle of the panel.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct ViewingEntry {
+    /// Distance, mm.
+    pub distance_mm: f64,
+    /// Age, years.
+    pub age_years: f64,
+    /// Pigment: 0 black, 0.5 brown, 1.2 light blue.
+    pub pigment: f64,
 }
 
 /// Light of the zone nearest to the middle.
@@ -197,4 +229,136 @@ pub struct Direct {
     pub chi_square: f64,
     /// Largest difference in standard errors.
     pub largest: f64,
+}
+
+/// Colours of channels and panel.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct ColourEntry {
+    /// Channels in the order of the design.
+    pub channels: Vec<ChannelEntry>,
+    /// All of them at these levels, behind the open panel.
+    pub white: ColourOfLight,
+    /// Largest Δu'v' of it between zones, or between cells of a twelfth of the panel's sides where zones
+    /// are smaller; null of a dark one.
+    pub white_difference: Option<FigureEntry>,
+    /// Largest Δu'v' from it of greys of 0.001 to 0.5 of its light at full drive; null without sub-pixels.
+    pub grey_shift: Option<FigureEntry>,
+    /// Primaries and transfer of the picture: `BT.709, sRGB`; null of a panel without sub-pixels.
+    pub picture: Option<String>,
+    /// Luminance of the white of `panel_picture.png`, its largest level.
+    pub exposure: Option<f64>,
+    /// Gamut of the primaries as displayed at full drive, over that of each standard.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gamut: Vec<GamutEntry>,
+    /// Levels of the zones by the picture.
+    pub levels: Option<LevelsEntry>,
+    /// Power of the pattern over that at full drive of all channels at their levels.
+    pub power_share: f64,
+    /// The same in W, where `led.power_electrical_w` states that of a package with all channels at
+    /// full drive, shared among them by the light that they emit.
+    pub power_w: Option<f64>,
+    /// Luminance that the picture asks for and the panel does not show, over all that it asks for.
+    pub missing: FigureEntry,
+    /// Luminance that the panel shows beyond what is asked for, likewise.
+    pub leaking: FigureEntry,
+    /// Largest ΔE_ITP (ITU-R BT.2124) from black of the mean black of a zone beside bright; null
+    /// without any, and in units that are not absolute.
+    pub halo_itp: Option<FigureEntry>,
+    /// Largest Δu'v' of the same from white; null without any, and without sub-pixels.
+    pub halo_uv: Option<FigureEntry>,
+}
+
+/// A channel.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct ChannelEntry {
+    /// Name.
+    pub name: String,
+    /// Level at full drive, of which the largest is 1: that channel limits the light of white.
+    pub level: f64,
+    /// Its light alone at that level, behind the open panel.
+    pub light: ColourOfLight,
+}
+
+/// A colour and its luminance.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct ColourOfLight {
+    /// x and y (CIE 1931).
+    pub xy: [FigureEntry; 2],
+    /// u' and v' (CIE 1976).
+    pub uv: [FigureEntry; 2],
+    /// Correlated colour temperature, K; null where it names no colour.
+    pub cct: Option<FigureEntry>,
+    /// Distance from the Planckian locus.
+    pub duv: Option<FigureEntry>,
+    /// Luminance or illuminance.
+    pub luminance: FigureEntry,
+}
+
+/// Gamut over that of a standard.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct GamutEntry {
+    /// Name of the standard.
+    pub standard: String,
+    /// Area and coverage in x, y.
+    pub xy: [FigureEntry; 2],
+    /// Area and coverage in u', v'.
+    pub uv: [FigureEntry; 2],
+}
+
+/// Levels of zones by the picture.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct LevelsEntry {
+    /// `max`, `mean`, `rms` or `percentile=P` of what the pixels of a zone need.
+    pub rule: String,
+    /// Rows of N: a pixel needs the levels max(0, min(1, N XYZ)), with Y = 1 for white.
+    pub matrix: [[f64; 3]; 3],
+    /// True if each row is that of a channel; else all channels need the largest of the three.
+    pub by_channel: bool,
+    /// Largest `power_share`.
+    pub power_limit: f64,
+}
+
+impl ColourEntry {
+    /// Names and values for people.
+    fn lines(&self, unit: Unit, line: &mut impl FnMut(String, String)) {
+        for channel in &self.channels {
+            let [x, y] = channel.light.xy.each_ref().map(|v| shown::text(v, Unit::Relative));
+            let luminance = shown::text(&channel.light.luminance, unit);
+            let words = format!("level {:.4}, x {x}, y {y}, {luminance}", channel.level);
+            line(format!("channel {}", channel.name), words);
+        }
+        let [x, y] = self.white.xy.each_ref().map(|v| shown::text(v, Unit::Relative));
+        line("white behind the panel".to_owned(), format!("x {x}, y {y}"));
+        if let (Some(cct), Some(duv)) = (&self.white.cct, &self.white.duv) {
+            let [cct, duv] =
+                [(cct, Unit::Kelvin), (duv, Unit::Relative)].map(|(v, u)| shown::text(v, u));
+            line("its temperature, Duv".to_owned(), format!("{cct}, {duv}"));
+        }
+        let luminance = shown::text(&self.white.luminance, unit);
+        line("its luminance".to_owned(), luminance);
+        for (name, entry) in [
+            ("white over the panel, Δu'v'", &self.white_difference),
+            ("greys against white, Δu'v'", &self.grey_shift),
+            ("halo against white, Δu'v'", &self.halo_uv),
+        ] {
+            if let Some(entry) = entry {
+                line(name.to_owned(), shown::text(entry, Unit::Relative));
+            }
+        }
+        for GamutEntry { standard, xy, uv } in &self.gamut {
+            let [xy, uv] = [xy, uv].map(|[_, coverage]| shown::text(coverage, Unit::Fraction));
+            line(format!("coverage of {standard}"), format!("x, y {xy}; u', v' {uv}"));
+        }
+        let watts = self.power_w.map_or_else(String::new, |w| format!(", {w:.4} W"));
+        line(
+            "power of the pattern".to_owned(),
+            format!("{:.2} % of full white{watts}", 100.0 * self.power_share),
+        );
+        for (name, entry) in [("missing light", &self.missing), ("leaking light", &self.leaking)] {
+            line(name.to_owned(), shown::text(entry, Unit::Fraction));
+        }
+        if let Some(halo) = &self.halo_itp {
+            line("halo, largest difference (ITP)".to_owned(), shown::text(halo, Unit::Relative));
+        }
+    }
 }

@@ -93,6 +93,29 @@ impl<'a> SpectralJob<'a> {
         rule.iter().map(|node| Ok((sweep.plan(&rule, node)?, node.weight))).collect()
     }
 
+    /// Wavelengths, with the numbers of their lights, at which [`Self::apart`] traces: the stated
+    /// ones, three of a light that is sampled to a tolerance, one where nothing depends on them.
+    ///
+    /// # Errors
+    /// A wavelength at which a material has no data.
+    pub fn nodes(self) -> Result<Vec<(usize, f64)>> {
+        let rule = Sweep::new(self).fixed_rule()?;
+        Ok(rule.iter().map(|node| (node.light, node.nm)).collect())
+    }
+
+    /// An observation of each light alone at each of its wavelengths, per watt there; paths are
+    /// dealt out by power.
+    ///
+    /// # Errors
+    /// Those of [`Self::observe`].
+    pub fn apart(self) -> Result<Vec<Observation>> {
+        let mut sweep = Sweep::new(self);
+        let rule = sweep.fixed_rule()?;
+        sweep.fits(&rule, false)?;
+        sweep.cover(&rule)?;
+        Ok(sweep.into_observations(&rule))
+    }
+
     /// Observation of all wavelengths together.
     ///
     /// # Errors
@@ -179,6 +202,7 @@ impl SpectralTrace<'_> {
             wavelengths: sweep.describe(rule),
             compared_with: self.coarse.as_ref().map(Vec::len),
             efficiency: lights.apart.then(|| sweep.efficiency(rule)),
+            by_channel: sweep.by_channel(rule),
             by_source: design.trace.ledger_by_source.then(|| sweep.by_source(rule)),
         })
     }

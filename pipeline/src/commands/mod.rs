@@ -27,4 +27,6 @@ pub mod shell;
 pub mod study;
 pub mod submit;
 pub mod tolerance;
+mod zone_inputs;
+mod zone_pictures;
 pub mod zones;

@@ -10,7 +10,7 @@ use serde_json::json;
 
 use runtime::run_context::RunContext;
 
-use design::{NEW_BACKLIGHT, NEW_DESIGN};
+use design::{NEW_BACKLIGHT, NEW_DESIGN, NEW_RGB_BACKLIGHT};
 
 /// `batwing new`.
 #[derive(Debug, Args)]
@@ -31,6 +31,8 @@ pub enum Template {
     Package,
     /// Packages in a white box under a plate and prism films
     Backlight,
+    /// Packages of red, green and blue dies under films, before a panel of sub-pixels
+    RgbBacklight,
 }
 
 impl Template {
@@ -39,6 +41,7 @@ impl Template {
         match self {
             Self::Package => NEW_DESIGN,
             Self::Backlight => NEW_BACKLIGHT,
+            Self::RgbBacklight => NEW_RGB_BACKLIGHT,
         }
     }
 }
@@ -84,7 +87,7 @@ mod tests {
 
     #[test]
     fn designs_are_valid_under_any_good_name() {
-        for template in [Template::Package, Template::Backlight] {
+        for template in [Template::Package, Template::Backlight, Template::RgbBacklight] {
             let text = text("my-own.2", template).expect("a valid design");
             let design = design::parse("a.toml", &text, Path::new("")).expect("the same");
             assert_eq!(design.name, "my-own.2");

@@ -1,25 +1,26 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! `batwing zones`: dimming patterns of a backlight, and what a panel before it shows.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use anyhow::{Context, Result, ensure};
-use clap::Args;
 
+use arrays::cache::Cache;
 use arrays::csv::{self, Column};
 use arrays::exr;
 use design::Design;
 use experiment::checked_file::Texts;
-use formats::level_image::LevelImage;
 use metrics::Estimate;
 use metrics::digits::significant;
 use metrics::figures::OF_RECEIVER;
+use metrics::itp;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
-use report::plots::{Heading, IlluminanceMap, illuminance_map};
+use report::plots::{Heading, IlluminanceMap, SeenPicture, illuminance_map, seen};
 use results::figure_entry::FigureEntry;
 use results::zones::{
-    BeyondReach, Direct, FILE, Halo, LightSpread, MAPS, Radius, SCHEMA_VERSION, SPREAD, ZonesFile,
+    BeyondReach, COLOUR_PICTURES, Direct, FILE, Halo, LightSpread, MAPS, Radius, SCHEMA_VERSION,
+    SPREAD, ViewingEntry, ZonesFile,
 };
 use runtime::atomic_file::{supersede, write_bytes, write_json};
 use runtime::content_hash::sealed;
@@ -29,11 +30,16 @@ use serde_json::json;
 use simulate::model::Model;
 use simulate::scene_check;
 use simulate::warnings::warnings;
+use zones::colour::{ColourFigures, FullDrive};
 use zones::reference::SHARES;
-use zones::{Dimmed, Pattern, Request, ZonedDesign};
+use zones::{Array, Dimmed, Request, ZonedDesign};
 
-use super::arguments::{ModelChoice, cache, paths};
+use super::arguments::cache;
 use super::outputs::results_writable;
+pub use super::zone_inputs::ZonesArgs;
+use super::zone_pictures::{
+    COLOUR_ARRAYS, FILM_COLUMNS, FILM_FOLDER, FILM_TABLE, Frame, PAINTED, Pictures,
+};
 use output::capitalised;
 
 /// Table of the zones.
@@ -43,73 +49,6 @@ const ENDINGS: [&str; 3] = ["exr", "npy", "png"];
 
 /// Standard errors between zones and a direct trace that chance does not make.
 const CONTRADICTS: f64 = 6.0;
-
-/// `batwing zones`.
-#[derive(Debug, Args)]
-pub struct ZonesArgs {
-    /// Design file
-    #[arg(value_name = "DESIGN.toml")]
-    pub design: PathBuf,
-    /// Drives of the zones from 0 to 1: rows of numbers, or a grey PNG; the first row is the top
-    #[arg(long, value_name = "FILE")]
-    pub pattern: PathBuf,
-    /// Zones, which divide the packages evenly [default: one for each package]
-    #[arg(
-        long,
-        value_name = "COLUMNSxROWS",
-        allow_hyphen_values = true,
-        value_parser = columns_and_rows
-    )]
-    pub zones: Option<[usize; 2]>,
-    /// Packages of a larger array, for which those of the design stand [default: those of the
-    /// design]
-    #[arg(
-        long,
-        value_name = "COLUMNSxROWS",
-        allow_hyphen_values = true,
-        value_parser = columns_and_rows
-    )]
-    pub packages: Option<[usize; 2]>,
-    /// Plane or luminance receiver of the design [default: the plane of `[receiver]`]
-    #[arg(long, value_name = "NAME")]
-    pub receiver: Option<String>,
-    /// Largest over smallest transmittance of the panel
-    #[arg(long, value_name = "C", default_value_t = 5000.0, value_parser = contrast)]
-    pub contrast: f64,
-    /// Picture that the panel shows, in a form of the pattern and of any size [default: the pattern]
-    #[arg(long, value_name = "FILE")]
-    pub picture: Option<PathBuf>,
-    /// How to compute the responses
-    #[arg(long, value_enum, default_value = "geometric")]
-    pub model: ModelChoice,
-    /// Paths of each response, instead of the design's trace.paths
-    #[arg(long, value_name = "N", value_parser = paths)]
-    pub paths: Option<u64>,
-    /// Also trace the pattern itself, and compare
-    #[arg(long, conflicts_with = "packages")]
-    pub direct: bool,
-    /// Directory for the results
-    #[arg(long, value_name = "DIR", default_value = "zones")]
-    pub out: PathBuf,
-    /// Directory that keeps responses for later patterns [default: .batwing-cache beside the
-    /// results]
-    #[arg(long, value_name = "DIR")]
-    pub cache: Option<PathBuf>,
-}
-
-/// A parser of columns and rows: `48x27`.
-fn columns_and_rows(text: &str) -> Result<[usize; 2], String> {
-    let number = |text: &str| text.trim().parse().ok().filter(|n: &usize| (1..=10_000).contains(n));
-    let both = text.split_once(['x', 'X', '×', ',']);
-    let both = both.and_then(|(columns, rows)| Some([number(columns)?, number(rows)?]));
-    both.ok_or_else(|| "expected columns and rows from 1 to 10000, such as 48x27".to_owned())
-}
-
-/// A parser of contrasts.
-fn contrast(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|c: &f64| c.is_finite() && *c >= 1.0);
-    number.ok_or_else(|| "expected a number of at least 1".to_owned())
-}
 
 /// Adds up the pattern and writes what it gives.
 pub fn run(arguments: &ZonesArgs, context: RunContext) -> Result<()> {
@@ -144,35 +83,8 @@ pub fn of_design(
     };
     let zoned = ZonedDesign::new(&design, model, request)
         .with_context(|| arguments.design.display().to_string())?;
-    let (drives, of_pattern) = levels(&arguments.pattern, texts)?;
-    zoned.check_drives(&drives, &of_pattern.file)?;
-    let picture = arguments.picture.as_deref().map(|path| picture(path, texts)).transpose()?;
-    let mut inputs = design.provenance.inputs();
-    inputs.push(of_pattern);
-    inputs.extend(picture.as_ref().map(|(_, record)| record.clone()));
-    let pattern = Pattern {
-        drives: &drives,
-        picture: picture.as_ref().map_or(&drives, |(picture, _)| picture),
-        contrast: arguments.contrast,
-    };
-    Command { arguments, design: &design, model, zoned: &zoned, inputs }.compute(pattern, context)
-}
-
-/// The levels in a file, or in the text that stands for it.
-fn levels(path: &Path, texts: &Texts) -> Result<(LevelImage, FileRecord)> {
-    let name = path.display().to_string();
-    texts.get(&name).map_or_else(|| LevelImage::read(path), |text| LevelImage::of_text(&name, text))
-}
-
-/// The picture in a file.
-fn picture(path: &Path, texts: &Texts) -> Result<(LevelImage, FileRecord)> {
-    let (picture, record) = levels(path, texts)?;
-    ensure!(
-        picture.levels.iter().any(|level| *level > 0.0),
-        "`{}`: --picture: expected a level above 0, got none",
-        record.file
-    );
-    Ok((picture, record))
+    let pictures = Pictures::new((arguments, texts), &zoned)?;
+    Command { arguments, design: &design, model, zoned: &zoned, pictures }.compute(context)
 }
 
 /// A checked command.
@@ -181,26 +93,42 @@ struct Command<'a> {
     design: &'a Design,
     model: Model,
     zoned: &'a ZonedDesign<'a>,
-    inputs: Vec<FileRecord>,
+    pictures: Pictures<'a>,
 }
 
 impl Command<'_> {
-    fn compute(&self, pattern: Pattern, context: RunContext) -> Result<()> {
+    fn compute(&self, context: RunContext) -> Result<()> {
         let started = Instant::now();
         for warning in warnings(self.design)? {
             context.console.warn(&warning);
         }
         let out = &self.arguments.out;
         let cache = cache(self.arguments.cache.as_deref(), out);
-        let maps = MAPS.iter().flat_map(|map| ENDINGS.map(|ending| format!("{map}.{ending}")));
-        let maps: Vec<String> = maps.collect();
-        let files = [FILE, TABLE, SPREAD].into_iter().chain(maps.iter().map(String::as_str));
-        results_writable(out, [], &files.clone().collect::<Vec<_>>(), Some(&cache))?;
+        let files = self.files();
+        let names: Vec<&str> = files.iter().map(String::as_str).collect();
+        let is_film = self.pictures.files.len() > 1;
+        let folder = is_film.then(|| PathBuf::from(FILM_FOLDER));
+        results_writable(out, folder, &names, Some(&cache))?;
         context.interrupt.note(format!(
             "before {FILE} was written; finished responses stay in `{}`",
             cache.directory().display()
         ));
-        let found = self.zoned.dim(pattern, self.arguments.direct, &cache, context)?;
+        let mut array = self.zoned.light(&cache, context)?;
+        let mut full = None;
+        if self.zoned.has_colours() {
+            let panel = self.design.panel.as_ref();
+            let mut drive =
+                array.full_drive_of(panel, self.pictures.contrast, (&cache, context))?;
+            let channels = self.design.channels();
+            let levels = match self.arguments.white {
+                Some(white) => drive.levels(white, &channels)?,
+                None => vec![1.0; channels.len()],
+            };
+            array.set(&drive);
+            full = Some((drive, levels));
+        }
+        let frame = self.shown(&array, full.as_ref(), &cache, context)?;
+        let found = &frame.found;
         if found.reference.beyond.as_ref().is_some_and(|beyond| beyond.share.is_none()) {
             context.console.warn(&format!(
                 "{}: the light of a package does not fall off within the array of the design, so that no figure is resolved; more packages there and --packages tell more",
@@ -214,12 +142,16 @@ impl Command<'_> {
                 significant(direct.largest)
             ));
         }
-        supersede(&out.join(FILE))?;
-        self.write_tables(&found, pattern)?;
-        self.write_maps(&found)?;
-        let written = files.skip(1).map(|name| FileRecord::of_output(out, name));
+        self.pictures.write_colours(&frame)?;
+        self.write_tables(found, &frame.drives)?;
+        self.write_maps(found)?;
+        if let (Some((full, _)), Some(colours)) = (&full, &found.colours) {
+            self.draw_colours(full.white_figures().luminance.value, colours)?;
+        }
+        let written = names.iter().skip(1).map(|name| FileRecord::of_output(out, name));
         let written = written.collect::<Result<Vec<_>>>()?;
-        let file = self.describe(&found, written, context.seed);
+        let colour = full.map(|full| self.pictures.colour_entry(&full, &frame));
+        let file = ZonesFile { colour, ..self.describe(found, written, context.seed) };
         let json = sealed(serde_json::to_value(&file)?)?;
         write_json(&out.join(FILE), &json)?;
         context.console.result(&json, || {
@@ -231,6 +163,79 @@ impl Command<'_> {
         })
     }
 
+    /// Shows all pictures, and writes the table and the pictures of several; the first.
+    fn shown(
+        &self,
+        array: &Array,
+        full: Option<&(FullDrive, Vec<f64>)>,
+        cache: &Cache,
+        context: RunContext,
+    ) -> Result<Frame> {
+        let out = &self.arguments.out;
+        let is_film = self.pictures.files.len() > 1;
+        let (mut first, mut film) = (None, Vec::new());
+        for number in 0..self.pictures.files.len().max(1) {
+            context.interrupt.check()?;
+            let path = self.pictures.files.get(number);
+            let frame =
+                self.pictures.frame(path.map(PathBuf::as_path), array, full, cache, context)?;
+            if first.is_none() {
+                ensure!(
+                    frame.drives.iter().flatten().any(|drive| *drive > 0.0),
+                    "--levels: expected a rule by which the first picture lights a zone, got drives of 0 alone"
+                );
+                supersede(&out.join(FILE))?;
+            }
+            if let Some(path) = path.filter(|_| is_film) {
+                let name = path.file_name().unwrap_or_default();
+                context.console.say(&format!(
+                    "picture {} of {}: {}",
+                    number + 1,
+                    self.pictures.files.len(),
+                    name.display()
+                ));
+                if let Some(painted) = &frame.painted {
+                    let folder = out.join(FILM_FOLDER);
+                    std::fs::create_dir_all(&folder)
+                        .with_context(|| format!("cannot create `{}`", folder.display()))?;
+                    write_bytes(&folder.join(name), painted)?;
+                }
+                film.push(self.pictures.film_row(&name.to_string_lossy(), &frame));
+            }
+            first.get_or_insert(frame);
+        }
+        if is_film {
+            csv::write_text_csv(&out.join(FILM_TABLE), &FILM_COLUMNS, &film)?;
+        }
+        first.context("no picture")
+    }
+
+    /// Files under the directory of results, the sealed one first.
+    fn files(&self) -> Vec<String> {
+        let maps = MAPS.iter().flat_map(|map| ENDINGS.map(|ending| format!("{map}.{ending}")));
+        let mut files: Vec<String> = [FILE, TABLE, SPREAD].map(str::to_owned).to_vec();
+        files.extend(maps);
+        if self.zoned.has_colours() {
+            files.extend(COLOUR_ARRAYS.map(str::to_owned));
+        }
+        if self.pictures.has_sub_pixels() {
+            files.push(PAINTED.to_owned());
+            let drawn = if self.pictures.is_absolute() {
+                &COLOUR_PICTURES[..]
+            } else {
+                &COLOUR_PICTURES[..1]
+            };
+            files.extend(drawn.iter().map(|name| format!("{name}.png")));
+        }
+        if self.pictures.files.len() > 1 {
+            files.push(FILM_TABLE.to_owned());
+            let names = self.pictures.files.iter().filter_map(|path| path.file_name());
+            let painted = names.filter(|_| self.pictures.has_sub_pixels());
+            files.extend(painted.map(|name| format!("{FILM_FOLDER}/{}", name.to_string_lossy())));
+        }
+        files
+    }
+
     /// Backlight and light behind the panel.
     fn quantities(&self) -> [Quantity; 2] {
         let quantity = &self.zoned.receiver.quantity;
@@ -238,7 +243,7 @@ impl Command<'_> {
         [named("backlight"), named("panel")]
     }
 
-    fn write_tables(&self, found: &Dimmed, pattern: Pattern) -> Result<()> {
+    fn write_tables(&self, found: &Dimmed, drives: &[Vec<f64>]) -> Result<()> {
         let [columns, rows] = self.zoned.zones;
         // As in the pattern: from the top.
         let order = || (0..rows).rev().flat_map(|j| (0..columns).map(move |i| (i, j)));
@@ -257,8 +262,12 @@ impl Command<'_> {
             whole("row", &|_, j| rows - j),
             number("x_mm", &|i, _| middle(0, i)),
             number("y_mm", &|_, j| middle(1, j)),
-            number("drive", &|i, j| pattern.drives.levels[j * columns + i]),
         ];
+        let names = self.design.channels();
+        for (name, drives) in names.iter().zip(drives) {
+            let name = if names.len() > 1 { format!("drive_{name}") } else { "drive".to_owned() };
+            table.push(number(&name, &|i, j| drives[j * columns + i]));
+        }
         for (quantity, levels) in self.quantities().iter().zip(&found.zones) {
             let of = |read: &dyn Fn(&Estimate) -> f64| -> Vec<f64> {
                 order().map(|(i, j)| read(&levels[j * columns + i])).collect()
@@ -282,15 +291,53 @@ impl Command<'_> {
         csv::write_csv(&self.arguments.out.join(SPREAD), &table)
     }
 
-    fn write_maps(&self, found: &Dimmed) -> Result<()> {
+    /// Axes along x and y.
+    fn axes(&self) -> Result<[Axis; 2]> {
         let frame = &self.zoned.frame;
         let axis = |k: usize| {
             let low = frame.low_mm[k];
             let high = low + frame.bins[k] as f64 * frame.bin_mm[k];
             Axis::uniform(Quantity::new(["x", "y"][k], Unit::Millimetre), low, high, frame.bins[k])
         };
-        let [x, y] = [axis(0)?, axis(1)?];
-        let provenance = json!({"design": self.design.name, "inputs": self.inputs});
+        Ok([axis(0)?, axis(1)?])
+    }
+
+    /// Pictures of what a panel of sub-pixels shows, with this luminance of white; in cd/m² also
+    /// ΔE_ITP of halo and panel.
+    fn draw_colours(&self, white: f64, colours: &ColourFigures) -> Result<()> {
+        if colours.wanted.is_empty() {
+            return Ok(());
+        }
+        let [x, y] = self.axes()?;
+        let size = self.zoned.frame.bins;
+        let path = |k: usize| self.arguments.out.join(format!("{}.png", COLOUR_PICTURES[k]));
+        let [backlight, panel] = &colours.xyz;
+        let pictures = [("picture", &colours.wanted), ("backlight", backlight), ("panel", panel)];
+        let pictures = pictures.map(|(name, xyz)| SeenPicture { name, size, xyz });
+        let heading = Heading::new("As it looks".to_owned(), &self.design.name);
+        let exposure = (white, &self.zoned.receiver.quantity);
+        write_bytes(&path(0), &seen(&heading, [&x, &y], &pictures, exposure)?.png()?)?;
+        if !self.pictures.is_absolute() {
+            return Ok(());
+        }
+        let pairs = || colours.wanted.iter().zip(panel);
+        let error: Vec<f64> = pairs().map(|(a, b)| itp::difference(*a, *b)).collect();
+        let halo =
+            pairs().zip(&error).map(|((wanted, _), e)| if wanted[1] > 0.0 { 0.0 } else { *e });
+        for (k, values) in [(1, halo.collect()), (2, error.clone())] {
+            let quantity = Quantity::new("difference ITP", Unit::Relative);
+            let none = vec![0.0; error.len()];
+            let map = Map::new(quantity, y.clone(), x.clone(), values, none)?;
+            let heading = Heading::new(capitalised(COLOUR_PICTURES[k]), &self.design.name);
+            let picture = illuminance_map(&IlluminanceMap::plain(&heading, &map))?;
+            write_bytes(&path(k), &picture.png()?)?;
+        }
+        Ok(())
+    }
+
+    fn write_maps(&self, found: &Dimmed) -> Result<()> {
+        let [x, y] = self.axes()?;
+        let provenance = json!({"design": self.design.name, "inputs": self.pictures.inputs});
         let [columns, rows] = self.zoned.zones;
         let subtitle = format!("{}, {columns} × {rows} zones", self.design.name);
         let maps = MAPS.iter().zip(self.quantities()).zip(&found.maps);
@@ -315,7 +362,7 @@ impl Command<'_> {
             schema_version: SCHEMA_VERSION,
             version: env!("CARGO_PKG_VERSION").to_owned(),
             seed,
-            inputs: self.inputs.clone(),
+            inputs: self.pictures.inputs.clone(),
             files,
             design: self.design.name.clone(),
             model: self.model.key(self.design),
@@ -332,7 +379,7 @@ impl Command<'_> {
                 packages: beyond.reach,
                 share: beyond.share.map(FigureEntry::new),
             }),
-            contrast: self.arguments.contrast,
+            contrast: self.pictures.contrast,
             white: FigureEntry::new(found.white),
             uniformity: reference
                 .uniformity
@@ -346,7 +393,17 @@ impl Command<'_> {
             groups_of_extremes: reference.groups_of_extremes,
             halo: found.halo.map(|all| {
                 let [black, bright, contrast] = all.map(FigureEntry::new);
-                Halo { black, bright, contrast }
+                Halo {
+                    black,
+                    bright,
+                    contrast,
+                    hidden: found.hidden.map(|h| FigureEntry::new(h).in_range(Unit::Fraction)),
+                    viewing: self.arguments.viewing().map(|eye| ViewingEntry {
+                        distance_mm: eye.distance_mm,
+                        age_years: eye.observer.age_years,
+                        pigment: eye.observer.pigment,
+                    }),
+                }
             }),
             light_spread: LightSpread {
                 zone: [column + 1, self.zoned.zones[1] - row],
@@ -363,6 +420,7 @@ impl Command<'_> {
                 chi_square: direct.chi_square,
                 largest: direct.largest,
             }),
+            colour: None,
         }
     }
 }

@@ -6,14 +6,20 @@
 //! and of what a panel before it shows, halo, spread of a zone's light, all with errors from the
 //! groups of paths of the responses.
 //!
+//! Sources of several channels, and panels with sub-pixels, make it a pattern for each channel, and
+//! colours ([`colour`]).
+//!
 //! The light of a pattern is B(x) = Σ d_p r_p(x) over the packages p at drives d_p. Their responses
 //! r_p are those of the traced array, shifted by whole bins ([`places`]). Of a larger array the walls
 //! of the traced one send back light that lies farther out, a share ε of an inner package's
 //! ([`reference::Beyond`]). No place then lacks or has more than ε W max d_p, with W the mean at full
 //! drive: this bounds the bias of every value.
 
+pub mod colour;
+pub mod levels;
 pub mod map_receiver;
 mod panel;
+pub mod panel_colour;
 pub mod places;
 pub mod reference;
 mod responses;
@@ -22,21 +28,26 @@ mod superposition;
 use std::collections::BTreeMap;
 
 use anyhow::{Result, ensure};
-use serde_json::json;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
 
 use arrays::cache::Cache;
 use design::Design;
 use formats::level_image::LevelImage;
+use metrics::glare::Viewing;
 use metrics::{Estimate, JackknifedFigure};
+use runtime::interrupt::Interrupt;
 use runtime::key::Key;
 use runtime::run_context::RunContext;
 use runtime::store::Store;
 
+use self::colour::{ColourFigures, PictureOnPanel};
 use self::map_receiver::{Frame, MapReceiver};
 use self::panel::{Cells, Panel};
 use self::places::Places;
 use self::reference::{Reference, sum_of};
-use self::responses::{Responses, direct};
+use self::responses::{Part, Responses, direct};
 use self::superposition::{Block, Piece, Turn};
 use simulate::model::Model;
 use simulate::trace::GROUPS;
@@ -45,8 +56,9 @@ use simulate::trace::GROUPS;
 const FOLDER: &str = "zones";
 /// Smallest drive of a zone that shines.
 const MIN_DRIVE: f64 = 1e-12;
-/// Largest number of bins of a map.
+/// Largest number of bins of a map, and of one in colours.
 const MAX_BINS: usize = 16_000_000;
+const MAX_COLOUR_BINS: usize = 2_000_000;
 /// Memory of the light of zones, row by row of bins and in all, bytes.
 const MAX_HELD: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
 /// Memory of the light of zones that occurs more than once, bytes.
@@ -54,7 +66,8 @@ const MAX_SHARED: usize = 1 << 30;
 
 /// An array with its zones and the receiver that reads it.
 pub struct ZonedDesign<'a> {
-    design: &'a Design,
+    /// The design.
+    pub design: &'a Design,
     model: Model,
     /// Places of the packages.
     pub places: Places,
@@ -66,6 +79,8 @@ pub struct ZonedDesign<'a> {
     step: [usize; 2],
     /// Bins of the maps.
     pub frame: Frame,
+    /// Parts of the light where channels or the panel have colours.
+    parts: Option<Vec<Part>>,
 }
 
 /// Choices of a command beside the design.
@@ -80,14 +95,18 @@ pub struct Request<'a> {
 }
 
 /// Drives of zones and the picture on the panel.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Pattern<'a> {
-    /// Drives of the zones.
-    pub drives: &'a LevelImage,
-    /// Levels of the picture.
+    /// Drives of the zones, for each channel.
+    pub drives: &'a [Vec<f64>],
+    /// Levels of the picture, as luminance.
     pub picture: &'a LevelImage,
     /// Largest over smallest transmittance of the panel.
     pub contrast: f64,
+    /// The picture in colours, on a panel of sub-pixels.
+    pub colours: Option<&'a PictureOnPanel<'a>>,
+    /// An eye whose own glare hides a part of the halo.
+    pub viewing: Option<Viewing>,
 }
 
 /// Light of a pattern, in the quantity of the receiver.
@@ -102,10 +121,14 @@ pub struct Dimmed {
     pub zones: [Vec<Estimate>; 2],
     /// Mean of black beside bright, of bright, and of the first over the second.
     pub halo: Option<[Estimate; 3]>,
+    /// The share of black beside bright that lies below the veil of the eye.
+    pub hidden: Option<Estimate>,
     /// The mean of the panel at full drive.
     pub white: Estimate,
     /// How far a direct trace lies from the superposition.
     pub direct: Option<DirectTrace>,
+    /// Colours behind the panel, where parts of the light have some.
+    pub colours: Option<ColourFigures>,
 }
 
 /// Distance of a direct trace from the superposition.
@@ -134,7 +157,14 @@ impl<'a> ZonedDesign<'a> {
             "--zones: expected columns and rows of zones for packages in no rows, got none"
         );
         let zones = request.zones.unwrap_or(places.whole);
-        let receiver = MapReceiver::new(design, request.receiver, &places)?;
+        let sub_pixels = design.panel.iter().flat_map(|panel| &panel.sub_pixels).count();
+        let has_colours = design.channels().len() > 1 || sub_pixels > 0;
+        ensure!(
+            !has_colours || !design.converts(),
+            "{}: luminophores: expected none for zones with channels or [panel] sub_pixels, whose light keeps its wavelength",
+            design.provenance.file
+        );
+        let receiver = MapReceiver::new(design, request.receiver, &places, has_colours)?;
         let (step, frame) = receiver.over(&places)?;
         for (k, name) in ["x", "y"].into_iter().enumerate() {
             let ([low, length], bin) = (places.area_mm(k), frame.bin_mm[k]);
@@ -146,9 +176,10 @@ impl<'a> ZonedDesign<'a> {
                 receiver.name()
             );
         }
+        let max_bins = if has_colours { MAX_COLOUR_BINS } else { MAX_BINS };
         ensure!(
-            frame.count() <= MAX_BINS,
-            "--packages: expected at most {MAX_BINS} bins over all of them, got {} x {}; larger bins take less",
+            frame.count() <= max_bins,
+            "--packages: expected at most {max_bins} bins over all of them, got {} x {}; larger bins take less",
             frame.bins[0],
             frame.bins[1]
         );
@@ -159,15 +190,23 @@ impl<'a> ZonedDesign<'a> {
             held / MAX_HELD * 2.0
         );
         places.divide(zones)?;
-        Ok(Self { design, model, places, zones, receiver, step, frame })
+        let interrupt = Interrupt::default();
+        let context = RunContext::quiet(&interrupt, 0);
+        let parts = has_colours.then(|| Part::of_colours(design, model, context)).transpose()?;
+        Ok(Self { design, model, places, zones, receiver, step, frame, parts })
     }
 
-    /// Checks the drives of zones, read from `file`.
+    /// True where channels or the panel have colours.
+    pub fn has_colours(&self) -> bool {
+        self.parts.is_some()
+    }
+
+    /// Checks the drives of zones, read from `file`; those of one of several channels may be dark.
     ///
     /// # Errors
     /// Drives of another number than there are zones; none that shines; one so small that the squares
     /// of what it lights are lost.
-    pub fn check_drives(&self, drives: &LevelImage, file: &str) -> Result<()> {
+    pub fn check_drives(&self, drives: &LevelImage, file: &str, may_be_dark: bool) -> Result<()> {
         let [columns, rows] = self.zones;
         ensure!(
             [drives.columns, drives.rows] == self.zones,
@@ -176,7 +215,7 @@ impl<'a> ZonedDesign<'a> {
             drives.rows
         );
         ensure!(
-            drives.levels.iter().any(|drive| *drive > 0.0),
+            may_be_dark || drives.levels.iter().any(|drive| *drive > 0.0),
             "`{file}`: --pattern: expected a drive above 0 in a zone, got none"
         );
         let tiny = drives.levels.iter().find(|drive| **drive > 0.0 && **drive < MIN_DRIVE);
@@ -188,48 +227,66 @@ impl<'a> ZonedDesign<'a> {
         Ok(())
     }
 
-    /// Traces what is missing of the responses and adds them up.
+    /// Traces what is missing of the responses, or finds them in `cache`.
     ///
     /// # Errors
     /// Those of a trace; too many bins; an interrupt; a cache that cannot be written.
+    pub fn light(&self, cache: &Cache, context: RunContext) -> Result<Array<'_>> {
+        let parts = self.parts.as_ref().map(Vec::len);
+        let how = (self.model, parts);
+        let responses =
+            Responses::new(self.design, &self.places, &self.receiver, how, cache, context)?;
+        Ok(Array {
+            places: &self.places,
+            receiver: &self.receiver,
+            responses,
+            zones: self.zones,
+            step: self.step,
+            frame: self.frame,
+            parts: self.parts.clone().unwrap_or_else(Part::whole),
+        })
+    }
+
+    /// Adds up the responses.
+    ///
+    /// # Errors
+    /// Those of [`Self::light`].
     pub fn dim(
         &self,
+        array: &Array,
         pattern: Pattern,
         directly: bool,
         cache: &Cache,
         context: RunContext,
     ) -> Result<Dimmed> {
-        let responses =
-            Responses::new(self.design, &self.places, &self.receiver, self.model, cache, context)?;
-        let array = Array {
-            places: &self.places,
-            receiver: &self.receiver,
-            responses: &responses,
-            zones: self.zones,
-            step: self.step,
-            frame: self.frame,
-        };
+        let groups = array.responses.groups;
         let mut reference = array.kept_reference(cache, context)?;
         let area = [0, 1].map(|axis| self.places.area_mm(axis));
-        let panel = Panel::new(self.frame, (self.zones, area), pattern.picture, pattern.contrast);
-        let drives = &pattern.drives.levels;
-        let shown = array.with_pieces(drives, |pieces| panel.show(pieces, &reference.white));
+        let panel = Panel::new(self.frame, (self.zones, area), &array.parts, pattern);
+        let (shown, hidden) = array.with_pieces(pattern.drives, |pieces| {
+            let shown = panel.show(pieces, &reference.white);
+            let hidden = pattern.viewing.and_then(|viewing| {
+                panel.hidden(pieces, &reference.white, &shown.maps[1].0, viewing)
+            });
+            (shown, hidden)
+        });
         let direct = if directly {
-            let packages = array.drives_of_packages(drives);
+            let packages = array.drives_of_packages(&pattern.drives[0]);
             let driven = (&self.places, &packages[..]);
             let block = direct(self.design, driven, &self.receiver, self.model, cache, context)?;
             let whole = Piece { block: &block, turn: Turn::default(), at: [0; 2], weight: 1.0 };
-            let traced = panel.show(&[whole], &reference.white);
+            let traced = panel.show(&[vec![whole]], &reference.white);
             Some(distance(&traced.zones[0], &shown.zones[0]))
         } else {
             None
         };
         let factor = self.receiver.factor();
-        let without = &reference.white[..GROUPS];
-        let white = JackknifedFigure::new(reference.white[GROUPS], without.to_vec()).estimate();
+        let without = &reference.white[..groups];
+        let white = JackknifedFigure::new(reference.white[groups], without.to_vec()).estimate();
         // The bound of the bias at full drive, and at that of the pattern.
         let beyond = reference.beyond.as_ref().map_or(0.0, reference::Beyond::bound);
-        let bias = beyond * white.value * drives.iter().copied().fold(0.0, f64::max);
+        let bias =
+            beyond * white.value * pattern.drives.iter().flatten().copied().fold(0.0, f64::max);
         let biased = |estimate: Estimate, bias: f64| {
             if bias > 0.0 { estimate.with_bias(bias) } else { estimate }
         };
@@ -274,11 +331,14 @@ impl<'a> ZonedDesign<'a> {
             *value *= factor;
         }
         reference.scale(factor, beyond);
+        let colours = shown.colours.map(|sums| sums.figures(factor));
         Ok(Dimmed {
-            responses: responses.count(),
+            responses: array.responses.count(),
+            colours,
             maps: [backlight, behind],
             zones,
             halo,
+            hidden,
             white: biased(white, beyond * white.value).times(factor),
             reference,
             direct,
@@ -309,13 +369,15 @@ struct Shared {
 }
 
 /// Responses at the places of an array.
-struct Array<'a> {
+pub struct Array<'a> {
     places: &'a Places,
     receiver: &'a MapReceiver<'a>,
-    responses: &'a Responses,
+    responses: Responses,
     zones: [usize; 2],
     step: [usize; 2],
     frame: Frame,
+    /// Parts of the light, at full drive.
+    parts: Vec<Part>,
 }
 
 impl Array<'_> {
@@ -346,68 +408,112 @@ impl Array<'_> {
         self.dealt(zone).iter().map(stand_in).collect()
     }
 
-    /// Light of the packages of a zone.
-    fn zone_pieces(&self, zone: [usize; 2], weight: f64) -> Vec<Piece<'_>> {
+    /// Light of the packages of a zone in a part.
+    fn zone_pieces(&self, zone: [usize; 2], part: usize, weight: f64) -> Vec<Piece<'_>> {
         let piece = |(package, traced): (&[usize; 2], [usize; 2])| {
             let at = [0, 1].map(|k| (package[k] - traced[k]) * self.step[k]);
-            Piece { at, weight, ..self.responses.at(traced) }
+            Piece { at, weight, ..self.responses.at(traced, part) }
         };
         self.dealt(zone).iter().zip(self.stand_ins(zone)).map(piece).collect()
     }
 
-    /// Hands the light of zones at these drives to `read`: zones of one kind, which differ by a shift
-    /// alone, are summed once.
-    fn with_pieces<T>(&self, drives: &[f64], read: impl FnOnce(&[Piece]) -> T) -> T {
-        let lit = drives.iter().enumerate().filter(|(_, drive)| **drive > 0.0);
-        let lit: Vec<([usize; 2], f64)> =
-            lit.map(|(k, drive)| ([k % self.zones[0], k / self.zones[0]], *drive)).collect();
+    /// All parts together by their luminance.
+    fn luminous<'p>(&self, parts: impl IntoIterator<Item = Vec<Piece<'p>>>) -> Vec<Piece<'p>> {
+        let weighted = parts.into_iter().zip(&self.parts).flat_map(|(pieces, part)| {
+            let y = part.xyz[1];
+            pieces.into_iter().map(move |piece| Piece { weight: y * piece.weight, ..piece })
+        });
+        weighted.collect()
+    }
+
+    /// Hands the light of zones at these drives of each channel to `read`, part by part: zones of one
+    /// kind, which differ by a shift alone, are summed once.
+    fn with_pieces<T>(&self, drives: &[Vec<f64>], read: impl FnOnce(&[Vec<Piece>]) -> T) -> T {
+        let all = 0..self.zones[0] * self.zones[1];
+        let lit = all.filter(|k| drives.iter().any(|drives| drives[*k] > 0.0));
+        let lit: Vec<(usize, [usize; 2])> =
+            lit.map(|k| (k, [k % self.zones[0], k / self.zones[0]])).collect();
         let mut kinds: BTreeMap<Vec<[usize; 2]>, Vec<[usize; 2]>> = BTreeMap::new();
-        for (zone, _) in &lit {
+        for (_, zone) in &lit {
             kinds.entry(self.stand_ins(*zone)).or_default().push(*zone);
         }
         let mut left = MAX_SHARED;
-        let mut shared: BTreeMap<Vec<[usize; 2]>, Shared> = BTreeMap::new();
+        let mut shared: BTreeMap<Vec<[usize; 2]>, Vec<Shared>> = BTreeMap::new();
+        let groups = self.responses.groups;
         for (kind, zones) in kinds {
             if zones.len() < 2 || kind.len() < 2 {
                 continue;
             }
-            let (block, at) = sum_of(&self.zone_pieces(zones[0], 1.0), GROUPS);
-            let bytes = 8 * GROUPS * block.bins[0] * block.bins[1];
+            let first = zones[0];
+            let of_part = |part: usize| {
+                let (block, at) = sum_of(&self.zone_pieces(first, part, 1.0), groups);
+                Shared { block, at, first }
+            };
+            let one = of_part(0);
+            let bytes = 8 * groups * one.block.bins[0] * one.block.bins[1] * self.parts.len();
             if bytes > left {
                 break;
             }
             left -= bytes;
-            shared.insert(kind, Shared { block, at, first: zones[0] });
+            let others = (1..self.parts.len()).map(of_part);
+            shared.insert(kind, std::iter::once(one).chain(others).collect());
         }
-        let mut pieces = Vec::new();
-        for (zone, weight) in lit {
-            match shared.get(&self.stand_ins(zone)) {
-                Some(Shared { block, at, first }) => {
-                    let begin = |k: usize, zone| self.dealt(zone)[0][k] * self.step[k];
-                    let at = [0, 1].map(|k| at[k] + begin(k, zone) - begin(k, *first));
-                    pieces.push(Piece { block, turn: Turn::default(), at, weight });
+        let mut pieces = vec![Vec::new(); self.parts.len()];
+        for (number, zone) in lit {
+            let kind = shared.get(&self.stand_ins(zone));
+            for (k, part) in self.parts.iter().enumerate() {
+                let weight = drives[part.channel][number];
+                match kind.map(|kind| &kind[k]) {
+                    _ if weight <= 0.0 => {}
+                    Some(Shared { block, at, first }) => {
+                        let begin = |k: usize, zone| self.dealt(zone)[0][k] * self.step[k];
+                        let at = [0, 1].map(|k| at[k] + begin(k, zone) - begin(k, *first));
+                        pieces[k].push(Piece { block, turn: Turn::default(), at, weight });
+                    }
+                    None => pieces[k].extend(self.zone_pieces(zone, k, weight)),
                 }
-                None => pieces.extend(self.zone_pieces(zone, weight)),
             }
         }
         read(&pieces)
     }
 
+    /// Full drive of all channels.
+    fn full_drive(&self) -> Vec<Vec<f64>> {
+        let channels = self.parts.iter().map(|part| part.channel).max().unwrap_or(0) + 1;
+        vec![vec![1.0; self.zones[0] * self.zones[1]]; channels]
+    }
+
     /// The figures that do not depend on a pattern, from the cache or computed.
     fn kept_reference(&self, cache: &Cache, context: RunContext) -> Result<Reference> {
+        let luminous: Vec<f64> = self.parts.iter().map(|part| part.xyz[1]).collect();
+        self.kept(&json!(luminous), cache, context, || self.reference())
+    }
+
+    /// What follows from the responses, and from `more` that is stated, from the cache or computed.
+    fn kept<T: Serialize + DeserializeOwned>(
+        &self,
+        more: &Value,
+        cache: &Cache,
+        context: RunContext,
+        compute: impl FnOnce() -> T,
+    ) -> Result<T> {
         let store = Store::lasting(cache.directory(), FOLDER, context.console);
-        let key = Key::of(&json!({
+        let mut fields = json!({
             "responses": self.responses.key.hex(),
             "packages": self.places.whole,
             "zones": self.zones,
             "bins": self.frame.bins,
-        }));
-        let entries = store.entries(key);
+        });
+        // All light has the fields of designs without colours.
+        if *more != json!([1.0]) {
+            fields["of"] = more.clone();
+        }
+        let entries = store.entries(Key::of(&fields));
         if let Some(known) = entries.find_value(0) {
             return Ok(known);
         }
-        let reference = self.reference();
-        entries.keep_value(0, &reference)?;
-        Ok(reference)
+        let computed = compute();
+        entries.keep_value(0, &computed)?;
+        Ok(computed)
     }
 }

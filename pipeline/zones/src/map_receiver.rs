@@ -56,14 +56,21 @@ pub struct MapReceiver<'a> {
 }
 
 impl<'a> MapReceiver<'a> {
-    /// The receiver of `design` of this name, or its plane. Where the design does not state what
-    /// its packages emit, all of `places` together emit 1 W.
+    /// The receiver of `design` of this name, or its plane, in units of X, Y and Z where it
+    /// `has_colours`. Where the design does not state what its packages emit, all of `places`
+    /// together emit 1 W.
     ///
     /// # Errors
     /// A receiver that `design` does not have, that is no level rectangle, or that reads some
     /// packages or sources alone.
-    pub fn new(design: &'a Design, name: Option<&str>, places: &Places) -> Result<Self> {
+    pub fn new(
+        design: &'a Design,
+        name: Option<&str>,
+        places: &Places,
+        has_colours: bool,
+    ) -> Result<Self> {
         let units = Units::from_design(design, design.all_lights().as_deref());
+        let units = if has_colours { units.of_colours() } else { units };
         let per_watt = if design.emitted.is_some() {
             1.0
         } else {

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! The panel before the backlight: what it shows of a picture, zone by zone and bin by bin.
 
+use rayon::prelude::*;
+
 use metrics::dimming::{behind_panel, panel_bias};
+use metrics::glare::{Glare, Viewing};
 use metrics::hits::with_one_path;
 use metrics::{Estimate, JackknifedFigure};
 
-use formats::level_image::LevelImage;
-
+use super::Pattern;
+use super::colour::{ColourSums, PictureOnPanel, add};
 use super::map_receiver::Frame;
-use super::superposition::{Piece, RowOfGroups, rows};
+use super::panel_colour::{self, Account, Place};
+use super::responses::Part;
+use super::superposition::{Piece, RowOfGroups, rows_of_parts};
 
 /// Cells of equal length along an axis that bins lie in.
 #[derive(Debug, Clone, Copy)]
@@ -46,21 +51,31 @@ pub(super) fn inside(parts: &Parts) -> f64 {
     parts.iter().map(|(_, part)| part).sum()
 }
 
-/// Mean over the cells of `image` that each bin of `frame` lies in; NaN outside of the panel.
-pub(super) fn resampled(image: &LevelImage, frame: &Frame, area: [[f64; 2]; 2]) -> Vec<f64> {
-    let [x, y] = [(0, image.columns), (1, image.rows)].map(|(axis, count)| {
+/// Mean over the cells of an image of `size` that each bin of `frame` lies in, of the values `at` its
+/// places; NaN outside of the panel.
+pub(super) fn resampled<const K: usize>(
+    size: [usize; 2],
+    at: impl Fn(usize) -> [f64; K] + Sync,
+    frame: &Frame,
+    area: [[f64; 2]; 2],
+) -> Vec<[f64; K]> {
+    let [x, y] = [0, 1].map(|axis| {
         let [low_mm, length_mm] = area[axis];
-        Cells { low_mm, length_mm, count }.parts(frame, axis)
+        Cells { low_mm, length_mm, count: size[axis] }.parts(frame, axis)
     });
-    let level = |(j, of_y): (usize, f64), (i, of_x): (usize, f64)| {
-        of_x * of_y * image.levels[j * image.columns + i]
-    };
     let mean = |of_y: &Parts, of_x: &Parts| {
-        let sum: f64 =
-            of_y.iter().flat_map(|row| of_x.iter().map(move |column| level(*row, *column))).sum();
-        sum / (inside(of_x) * inside(of_y))
+        let mut sums = [0.0; K];
+        for (j, of_y) in of_y {
+            for (i, of_x) in of_x {
+                let values = at(j * size[0] + i);
+                (0..K).for_each(|k| sums[k] += of_x * of_y * values[k]);
+            }
+        }
+        sums.map(|sum| sum / (inside(of_x) * inside(of_y)))
     };
-    y.iter().flat_map(|of_y| x.iter().map(move |of_x| mean(of_y, of_x))).collect()
+    let row = |of_y: &Parts| x.iter().map(|of_x| mean(of_y, of_x)).collect::<Vec<_>>();
+    let rows: Vec<Vec<[f64; K]>> = y.par_iter().map(row).collect();
+    rows.concat()
 }
 
 /// Part that a bin plays in the halo.
@@ -75,7 +90,7 @@ enum Role {
 }
 
 /// A picture on a panel before zones.
-pub(super) struct Panel {
+pub(super) struct Panel<'a> {
     frame: Frame,
     zones: [usize; 2],
     /// Zones of every bin along x and y.
@@ -84,6 +99,10 @@ pub(super) struct Panel {
     levels: Vec<f64>,
     roles: Vec<Role>,
     contrast: f64,
+    /// Parts of the light.
+    light: &'a [Part],
+    /// The panel with sub-pixels, and X, Y and Z that are wanted in each bin.
+    colours: Option<(&'a PictureOnPanel<'a>, Vec<[f64; 3]>)>,
 }
 
 /// Readings with all groups of paths, after those without each.
@@ -99,6 +118,8 @@ pub(super) struct Shown {
     pub halo: Option<[JackknifedFigure; 2]>,
     /// What noise leaves behind the panel.
     pub bias: Bias,
+    /// Colours, where parts of the light have some.
+    pub colours: Option<ColourSums>,
 }
 
 /// Bounds of the bias that noise leaves where the backlight is about as bright as what is wanted.
@@ -119,27 +140,62 @@ struct ShownRow {
     bias: Vec<f64>,
     /// Sums over the bins of each column of zones.
     zones: [Vec<Readings>; 2],
-    /// Sums over black and bright bins.
-    halo: [Readings; 2],
+    /// Sums of X, Y and Z over black and bright bins.
+    halo: [Vec<[f64; 3]>; 2],
     /// The largest of what one path adds to a bin.
     one_path: f64,
+    /// Colours, where parts of the light have some.
+    colours: Option<ColourRow>,
 }
 
-impl Panel {
-    /// The panel of `frame` before `zones` over `area` (lower end and length along x and y, mm),
-    /// which shows `image`.
+/// Colours of one row of bins.
+struct ColourRow {
+    /// X, Y and Z of the backlight and behind the panel.
+    xyz: [Vec<[f64; 3]>; 2],
+    /// Sums over the black bins of each column of zones, by readings, and their parts.
+    dark: Vec<(Vec<[f64; 3]>, f64)>,
+    /// What is missing and leaks, by readings.
+    accounts: Vec<Account>,
+    /// The panel before each bin.
+    places: Vec<Place>,
+}
+
+impl<'a> Panel<'a> {
+    /// The panel of `frame` before `zones` over `area` (lower end and length along x and y, mm) and
+    /// these parts of the light, which shows the picture of `pattern`.
     pub fn new(
         frame: Frame,
         (zones, area): ([usize; 2], [[f64; 2]; 2]),
-        image: &LevelImage,
-        contrast: f64,
+        light: &'a [Part],
+        pattern: Pattern<'a>,
     ) -> Self {
         let parts = [0, 1].map(|axis| {
             let [low_mm, length_mm] = area[axis];
             Cells { low_mm, length_mm, count: zones[axis] }.parts(&frame, axis)
         });
-        let levels = resampled(image, &frame, area);
-        let mut panel = Self { frame, zones, parts, levels, roles: Vec::new(), contrast };
+        let wanted = pattern.colours.map(|colours| {
+            let picture = colours.picture;
+            let at = |k: usize| picture.xyz[k].map(f64::from);
+            (colours, resampled([picture.columns, picture.rows], at, &frame, area))
+        });
+        let image = pattern.picture;
+        let levels = match &wanted {
+            Some((_, wanted)) => wanted.iter().map(|xyz| xyz[1]).collect(),
+            None => {
+                let at = |k: usize| [image.levels[k]];
+                resampled([image.columns, image.rows], at, &frame, area).concat()
+            }
+        };
+        let mut panel = Self {
+            frame,
+            zones,
+            parts,
+            levels,
+            roles: Vec::new(),
+            contrast: pattern.contrast,
+            light,
+            colours: wanted,
+        };
         panel.roles = panel.roles();
         panel
     }
@@ -181,13 +237,15 @@ impl Panel {
 
     /// What it shows before the light of `pieces`; `white` is the mean luminance of the backlight
     /// at full drive, with readings as of [`Readings`].
-    pub fn show(&self, pieces: &[Piece], white: &[f64]) -> Shown {
+    pub fn show(&self, pieces: &[Vec<Piece>], white: &[f64]) -> Shown {
         let groups = white.len() - 1;
-        let found = rows(self.frame.bins, groups, pieces, |y, row| self.row(y, row, white));
+        let found =
+            rows_of_parts(self.frame.bins, groups, pieces, |y, rows| self.row(y, rows, white));
         let count = self.zones[0] * self.zones[1];
         let mut sums = [0, 1].map(|_| vec![vec![0.0; groups + 1]; count]);
         let mut areas = vec![0.0; count];
-        let mut halo = [0, 1].map(|_| vec![0.0; groups + 1]);
+        let mut halo = [0, 1].map(|_| vec![[0.0; 3]; groups + 1]);
+        let mut colours = self.has_colours().then(|| ColourSums::new(count, groups + 1));
         let mut maps = [0, 1].map(|_| (Vec::new(), Vec::new()));
         let mut bias = Vec::with_capacity(self.levels.len());
         let across = self.areas_of_columns();
@@ -203,8 +261,15 @@ impl Panel {
                     }
                 }
             }
+            if let (Some(sums), Some(row)) = (&mut colours, row.colours) {
+                sums.add(row.xyz, row.places, &row.accounts);
+                for (j, part) in &self.parts[1][y] {
+                    let of_row = &mut sums.dark[j * self.zones[0]..][..self.zones[0]];
+                    of_row.iter_mut().zip(&row.dark).for_each(|(sum, of)| sum.add(of, *part));
+                }
+            }
             for (sum, of_row) in halo.iter_mut().zip(row.halo) {
-                sum.iter_mut().zip(of_row).for_each(|(sum, value)| *sum += value);
+                sum.iter_mut().zip(of_row).for_each(|(sum, value)| add(sum, value, 1.0));
             }
             for ((map, values), errors) in maps.iter_mut().zip(row.values).zip(row.errors) {
                 map.0.extend(values);
@@ -218,13 +283,61 @@ impl Panel {
             means.map(|(sums, area)| figure(sums, *area, one_path)).collect()
         });
         let bins = self.halo_bins();
+        let luminance = |sums: &Vec<[f64; 3]>| sums.iter().map(|xyz| xyz[1]).collect();
         let mut of_bins =
-            halo.into_iter().zip(bins).map(|(sum, n)| figure(sum, n as f64, one_path));
+            halo.iter().zip(bins).map(|(sum, n)| figure(luminance(sum), n as f64, one_path));
         let halo = match (of_bins.next(), of_bins.next()) {
             (Some(black), Some(bright)) if bins.iter().all(|n| *n > 0) => Some([black, bright]),
             _ => None,
         };
-        Shown { maps, zones, halo, bias }
+        if let (Some(sums), Some((of, wanted))) = (&mut colours, &self.colours) {
+            // Beyond the panel nothing is asked for.
+            let on_panel = |value: f64| if value.is_nan() { 0.0 } else { value };
+            let scale = of.scale[groups];
+            sums.white.clone_from(&of.white);
+            sums.wanted = wanted.iter().map(|xyz| xyz.map(|v| scale * on_panel(v))).collect();
+        }
+        Shown { maps, zones, halo, bias, colours }
+    }
+
+    /// The share of the halo that lies below the veil of the eye which looks at this `luminance`
+    /// ([`metrics::glare`]); `None` without black beside bright, or without a halo. Light is that of
+    /// [`Self::show`].
+    pub fn hidden(
+        &self,
+        pieces: &[Vec<Piece>],
+        white: &[f64],
+        luminance: &[f64],
+        viewing: Viewing,
+    ) -> Option<Estimate> {
+        let (bins, groups) = (self.frame.bins, white.len() - 1);
+        let Viewing { distance_mm, observer } = viewing;
+        let glare = Glare::new(luminance, bins, self.frame.bin_mm, distance_mm, observer);
+        let veil = glare.veils(|bin| self.roles[bin] == Role::Black);
+        // Sums of the halo and of what of it lies below the veil, by readings.
+        let read = |y: usize, rows: &[RowOfGroups]| {
+            let totals: Vec<Vec<f64>> = rows.iter().map(RowOfGroups::total).collect();
+            let mut sums = vec![[0.0; 2]; groups + 1];
+            let mut light = vec![0.0; rows.len()];
+            for x in (0..bins[0]).filter(|x| self.roles[y * bins[0] + x] == Role::Black) {
+                let bin = y * bins[0] + x;
+                for (reading, sum) in sums.iter_mut().enumerate() {
+                    light_of(rows, &totals, (x, reading), &mut light);
+                    let at = (bin, reading);
+                    let halo = self.shown(at, &light, white[reading], &mut Account::default())[1];
+                    sum[0] += halo.max(0.0);
+                    sum[1] += halo.max(0.0).min(veil[bin]);
+                }
+            }
+            sums
+        };
+        let mut sums = vec![[0.0; 2]; groups + 1];
+        for row in rows_of_parts(bins, groups, pieces, read) {
+            sums.iter_mut().zip(row).for_each(|(sum, row)| *sum = [0, 1].map(|k| sum[k] + row[k]));
+        }
+        let mut shares: Vec<f64> = sums.iter().map(|[halo, below]| below / halo).collect();
+        let share = shares.pop().filter(|share| share.is_finite())?;
+        Some(JackknifedFigure::new(share, shares).estimate())
     }
 
     /// Means over zones and over the bins of the halo of `bins`.
@@ -257,31 +370,75 @@ impl Panel {
         areas
     }
 
-    fn row(&self, y: usize, row: &RowOfGroups, white: &[f64]) -> ShownRow {
-        let (bins, groups) = (self.frame.bins[0], row.count());
-        let total = row.total();
-        let levels = &self.levels[y * bins..][..bins];
-        let roles = &self.roles[y * bins..][..bins];
-        // Outside of the panel nothing is shown.
-        let shown = |backlight: f64, level: f64, white: f64| {
-            if level.is_nan() { 0.0 } else { behind_panel(backlight, level * white, self.contrast) }
-        };
-        let values = [
-            total.clone(),
-            (0..bins).map(|x| shown(total[x], levels[x], white[groups])).collect::<Vec<f64>>(),
-        ];
+    fn has_colours(&self) -> bool {
+        self.colours.is_some() || self.light.len() > 1
+    }
+
+    /// Luminance of the backlight of `light` by parts.
+    fn luminance(&self, light: &[f64]) -> f64 {
+        self.light.iter().zip(light).map(|(part, light)| part.xyz[1] * light).sum()
+    }
+
+    /// X, Y and Z behind the panel in a bin before `light` by parts; outside of the panel nothing is
+    /// shown. What is wanted is stored in `account`.
+    fn shown(
+        &self,
+        (bin, reading): (usize, usize),
+        light: &[f64],
+        white: f64,
+        account: &mut Account,
+    ) -> [f64; 3] {
+        let level = self.levels[bin];
+        if level.is_nan() {
+            return [0.0; 3];
+        }
+        if let Some((colours, wanted)) = &self.colours {
+            let wanted = wanted[bin].map(|value| value * colours.scale[reading]);
+            let shown = colours.sub_pixels.before(light).show(wanted);
+            account.add(wanted, &shown);
+            return shown.xyz;
+        }
+        let backlight = self.luminance(light);
+        let wanted = level * white;
+        let y = behind_panel(backlight, wanted, self.contrast);
+        let transmitted = if backlight > 0.0 { y / backlight } else { 0.0 };
+        let mut xyz = xyz_of(self.light, light).map(|value| transmitted * value);
+        xyz[1] = y;
+        let is_clipped = y.to_bits() != wanted.to_bits();
+        account.add([0.0, wanted, 0.0], &panel_colour::Shown { levels: [0.0; 3], xyz, is_clipped });
+        xyz
+    }
+
+    fn row(&self, y: usize, rows: &[RowOfGroups], white: &[f64]) -> ShownRow {
+        let (bins, groups) = (self.frame.bins[0], rows[0].count());
+        let totals: Vec<Vec<f64>> = rows.iter().map(RowOfGroups::total).collect();
+        let first = y * bins;
+        let (levels, roles) = (&self.levels[first..][..bins], &self.roles[first..][..bins]);
+        let whole = |x: usize| totals.iter().map(|total| total[x]).collect::<Vec<f64>>();
+        let mut accounts = vec![Account::default(); groups + 1];
+        let shown: Vec<[f64; 3]> = (0..bins)
+            .map(|x| {
+                let at = (first + x, groups);
+                self.shown(at, &whole(x), white[groups], &mut accounts[groups])
+            })
+            .collect();
+        let luminance = (0..bins).map(|x| self.luminance(&whole(x)));
+        let values = [luminance.collect(), shown.iter().map(|xyz| xyz[1]).collect::<Vec<f64>>()];
         let mut zones = [0, 1].map(|_| vec![vec![0.0; groups + 1]; self.zones[0]]);
-        let mut halo = [0, 1].map(|_| vec![0.0; groups + 1]);
+        let mut halo = [0, 1].map(|_| vec![[0.0; 3]; groups + 1]);
+        let mut dark = vec![(vec![[0.0; 3]; groups + 1], 0.0); self.zones[0]];
         // Sums of differences from the reading of all groups, and of their squares.
         let mut moments = [0, 1].map(|_| vec![[0.0; 2]; bins]);
-        let rest = groups as f64 / (groups as f64 - 1.0);
+        let mut light = vec![0.0; rows.len()];
         for reading in 0..=groups {
             for x in 0..bins {
-                let both = if reading == groups {
-                    [values[0][x], values[1][x]]
+                let (both, xyz) = if reading == groups {
+                    ([values[0][x], values[1][x]], shown[x])
                 } else {
-                    let backlight = rest * (total[x] - row.group(reading)[x]);
-                    [backlight, shown(backlight, levels[x], white[reading])]
+                    light_of(rows, &totals, (x, reading), &mut light);
+                    let at = (first + x, reading);
+                    let xyz = self.shown(at, &light, white[reading], &mut accounts[reading]);
+                    ([self.luminance(&light), xyz[1]], xyz)
                 };
                 for k in 0..2 {
                     let difference = both[k] - values[k][x];
@@ -292,31 +449,76 @@ impl Panel {
                     }
                 }
                 match roles[x] {
-                    Role::Black => halo[0][reading] += both[1],
-                    Role::Bright => halo[1][reading] += both[1],
+                    Role::Black => {
+                        add(&mut halo[0][reading], xyz, 1.0);
+                        for (zone, part) in &self.parts[0][x] {
+                            add(&mut dark[*zone].0[reading], xyz, *part);
+                            dark[*zone].1 += if reading == groups { *part } else { 0.0 };
+                        }
+                    }
+                    Role::Bright => add(&mut halo[1][reading], xyz, 1.0),
                     Role::Other => {}
                 }
             }
         }
         let n = groups as f64;
+        let one_path = |x: usize| -> f64 {
+            let parts = rows.iter().zip(self.light);
+            parts.map(|(row, part)| part.xyz[1] * row.one_path[x]).sum()
+        };
         let error = |k: usize, x: usize| {
             let [sum, squares] = moments[k][x];
             let scatter = ((squares - sum * sum / n).max(0.0) * (n - 1.0) / n).sqrt();
             // Light that no path brought may come all the same.
             let share = if k == 0 { 1.0 } else { 1.0 / self.contrast };
-            with_one_path(Estimate::new(values[k][x], scatter), share * row.one_path[x])
-                .standard_error
+            with_one_path(Estimate::new(values[k][x], scatter), share * one_path(x)).standard_error
         };
         let errors: [Vec<f64>; 2] = [0, 1].map(|k| (0..bins).map(|x| error(k, x)).collect());
         let of_bin = |x: usize| {
-            let backlight = Estimate::new(total[x], errors[0][x]);
-            let wanted = levels[x] * white[groups];
+            let backlight = Estimate::new(values[0][x], errors[0][x]);
+            // Of sub-pixels, the backlight that is wanted behind their mean transmittance.
+            let scale = self.colours.as_ref().map_or(white[groups], |(colours, _)| {
+                colours.scale[groups] / colours.transmittance
+            });
+            let wanted = levels[x] * scale;
             if wanted.is_nan() { 0.0 } else { panel_bias(backlight, wanted, self.contrast) }
         };
         let bias = (0..bins).map(of_bin).collect();
-        let one_path = row.one_path.iter().copied().fold(0.0, f64::max);
-        ShownRow { values, errors, bias, zones, halo, one_path }
+        let colours = self.has_colours().then(|| ColourRow {
+            xyz: [(0..bins).map(|x| xyz_of(self.light, &whole(x))).collect(), shown],
+            dark,
+            accounts,
+            places: self
+                .colours
+                .iter()
+                .flat_map(|(colours, _)| (0..bins).map(|x| colours.sub_pixels.before(&whole(x))))
+                .collect(),
+        });
+        let one_path = (0..bins).map(one_path).fold(0.0, f64::max);
+        ShownRow { values, errors, bias, zones, halo, one_path, colours }
     }
+}
+
+/// Light by parts in a bin of a row, without a group, or of all where `reading` is their number.
+fn light_of(
+    rows: &[RowOfGroups],
+    totals: &[Vec<f64>],
+    (x, reading): (usize, usize),
+    light: &mut [f64],
+) {
+    let groups = rows[0].count();
+    let rest = groups as f64 / (groups as f64 - 1.0);
+    for ((light, total), row) in light.iter_mut().zip(totals).zip(rows) {
+        *light =
+            if reading == groups { total[x] } else { rest * (total[x] - row.group(reading)[x]) };
+    }
+}
+
+/// X, Y and Z of `light` by parts.
+fn xyz_of(parts: &[Part], light: &[f64]) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    parts.iter().zip(light).for_each(|(part, light)| add(&mut sum, part.xyz, *light));
+    sum
 }
 
 /// The mean of sums over this number of bins, of which one path adds so much to one.

@@ -11,9 +11,8 @@ use metrics::layout::Layout;
 use metrics::{Estimate, Grouped, JackknifedFigure};
 
 use super::Array;
-use super::panel::{figure, inside};
-use super::superposition::{Block, Piece, RowOfGroups, rows};
-use simulate::trace::GROUPS;
+use super::panel::{Cells, figure, inside};
+use super::superposition::{Block, Piece, RowOfGroups, rows, rows_of_parts};
 
 /// Bins of the map at full drive times groups, beyond which groups are merged for its extremes.
 const MAX_VALUES: usize = 20_000_000;
@@ -108,7 +107,7 @@ impl Array<'_> {
 
     /// Readings of the mean of the panel, figures of its map, and the groups of their errors.
     fn at_full_drive(&self) -> (Vec<f64>, Vec<(String, Estimate)>, usize) {
-        let groups = GROUPS;
+        let groups = self.responses.groups;
         let parts = [0, 1].map(|axis| self.zone_cells(axis).parts(&self.frame, axis));
         // Bins of the map of extremes: those at least half on the panel.
         let within = parts.each_ref().map(|parts| {
@@ -135,8 +134,10 @@ impl Array<'_> {
             }
             ((0..groups).map(sum).collect::<Vec<f64>>(), within[1].contains(&y).then_some(map))
         };
-        let full = vec![1.0; self.zones[0] * self.zones[1]];
-        let found = self.with_pieces(&full, |pieces| rows(self.frame.bins, groups, pieces, read));
+        let found = self.with_pieces(&self.full_drive(), |pieces| {
+            let pieces = self.luminous(pieces.iter().cloned());
+            rows(self.frame.bins, groups, &pieces, read)
+        });
         let mut sums = vec![0.0; groups];
         let mut maps = vec![Vec::with_capacity(bins[0] * bins[1]); groups / together];
         for (of_row, map) in found {
@@ -151,6 +152,43 @@ impl Array<'_> {
         let high = [0, 1].map(|k| self.frame.middle_mm(k, within[k].end.max(1) - 1));
         let middle = [0, 1].map(|k| 0.5 * (low[k] + high[k]));
         (white, self.uniformity(&Grouped::new(maps), bins, middle), groups / together)
+    }
+
+    /// Readings of the mean at full drive over each of `count` cells of the panel, in each part of the
+    /// light.
+    pub(super) fn means_of_parts(&self, count: [usize; 2]) -> Vec<Vec<Vec<f64>>> {
+        let cells = [0, 1].map(|axis| Cells { count: count[axis], ..self.zone_cells(axis) });
+        let parts = [0, 1].map(|axis| cells[axis].parts(&self.frame, axis));
+        let groups = self.responses.groups;
+        // Sums over each column of cells, by part of the light and group.
+        let read = |_: usize, rows: &[RowOfGroups]| -> Vec<Vec<Vec<f64>>> {
+            let sums = |row: &RowOfGroups, group: usize| {
+                let mut sums = vec![0.0; count[0]];
+                for (value, of_x) in row.group(group).iter().zip(&parts[0]) {
+                    of_x.iter().for_each(|(cell, part)| sums[*cell] += part * value);
+                }
+                sums
+            };
+            rows.iter().map(|row| (0..groups).map(|group| sums(row, group)).collect()).collect()
+        };
+        let full = self.full_drive();
+        let found =
+            self.with_pieces(&full, |parts| rows_of_parts(self.frame.bins, groups, parts, read));
+        let bins = |k: usize| cells[k].length_mm / (count[k] as f64 * self.frame.bin_mm[k]);
+        let area = bins(0) * bins(1);
+        let mut means = vec![vec![vec![0.0; groups]; self.parts.len()]; count[0] * count[1]];
+        for (row, of_y) in found.iter().zip(&parts[1]) {
+            for (j, part) in of_y {
+                for (k, cell) in means[j * count[0]..][..count[0]].iter_mut().enumerate() {
+                    for (sums, of_row) in cell.iter_mut().zip(row) {
+                        let groups = sums.iter_mut().zip(of_row);
+                        groups.for_each(|(sum, of_row)| *sum += part * of_row[k] / area);
+                    }
+                }
+            }
+        }
+        let of_cell = |cell: Vec<Vec<f64>>| cell.iter().map(|part| readings(part)).collect();
+        means.into_iter().map(of_cell).collect()
     }
 
     /// Mean and extremes of the map at full drive, and the points of a display.
@@ -182,12 +220,13 @@ impl Array<'_> {
     /// The light of the zone nearest to the middle, of which a part `bias` may lie elsewhere.
     fn spread(&self, bias: f64) -> Spread {
         let zone = self.zones.map(|count| count / 2);
-        let pieces = self.zone_pieces(zone, 1.0);
+        let of_part = |part| self.zone_pieces(zone, part, 1.0);
+        let pieces = self.luminous((0..self.parts.len()).map(of_part));
         let centre_mm = [0, 1].map(|k| {
             let [low, length] = self.places.area_mm(k);
             low + length * (zone[k] as f64 + 0.5) / self.zones[k] as f64
         });
-        let (block, at) = sum_of(&pieces, GROUPS);
+        let (block, at) = sum_of(&pieces, self.responses.groups);
         let width = self.frame.bin_mm[0].max(self.frame.bin_mm[1]);
         let distance = |i: usize, j: usize| {
             let x = self.frame.middle_mm(0, at[0] + i) - centre_mm[0];
@@ -231,7 +270,9 @@ impl Array<'_> {
         let extended: Vec<usize> = (0..2).filter(|k| self.places.is_extended(*k)).collect();
         let reach = extended.iter().map(|k| self.places.reach(*k)).min()?;
         let inner = [0, 1].map(|k| self.places.stand_in(k, self.places.whole[k] / 2));
-        let (block, at) = sum_of(&[self.responses.at(inner)], GROUPS);
+        let of_part = |part| vec![self.responses.at(inner, part)];
+        let pieces = self.luminous((0..self.parts.len()).map(of_part));
+        let (block, at) = sum_of(&pieces, self.responses.groups);
         let traced = self.receiver.frame;
         // Shells of whole packages, along the axes on which the array is larger.
         let centre = [0, 1].map(|k| {

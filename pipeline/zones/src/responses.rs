@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Responses: the map of one package alone, lit among all its neighbours, for one place of each kind.
+//!
+//! A design whose channels or panel have colours has one for each wavelength of each channel, from
+//! one trace, in the groups of colours ([`GROUPS_TOGETHER`]).
 
 use anyhow::{Result, ensure};
 use serde_json::json;
@@ -7,6 +10,7 @@ use serde_json::json;
 use arrays::cache::Cache;
 use design::Design;
 use design::resolved::trace_key::ReliefModel;
+use metrics::Grouped;
 use metrics::illuminance::Symmetry;
 use runtime::key::Key;
 use runtime::run_context::RunContext;
@@ -17,7 +21,10 @@ use super::places::Places;
 use super::superposition::{Block, Piece, Turn};
 use simulate::model::Model;
 use simulate::model_traces::ModelTraces;
+use simulate::observation::Observation;
+use simulate::observation::colours::GROUPS_TOGETHER;
 use simulate::seeds;
+use simulate::spectral::SpectralJob;
 use simulate::trace::GROUPS;
 use simulate::trace_plan::DomeChoice;
 
@@ -25,6 +32,51 @@ use simulate::trace_plan::DomeChoice;
 const FOLDER: &str = "responses";
 /// Memory of all responses, bytes.
 const MAX_BYTES: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
+
+/// Light of a channel at one of its wavelengths, or all light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Number of the channel.
+    pub channel: usize,
+    /// X, Y and Z of light of 1; all light counts as Y.
+    pub xyz: [f64; 3],
+    /// The same behind each open sub-pixel.
+    pub behind: Vec<[f64; 3]>,
+}
+
+impl Part {
+    /// All light as it is counted.
+    pub fn whole() -> Vec<Self> {
+        vec![Self { channel: 0, xyz: [0.0, 1.0, 0.0], behind: Vec::new() }]
+    }
+
+    /// Parts of the light of `design`, for 1 W of all lights.
+    ///
+    /// # Errors
+    /// A wavelength at which a material has no data.
+    pub fn of_colours(design: &Design, model: Model, context: RunContext) -> Result<Vec<Self>> {
+        let lights = &design.colour_lights().radiometric();
+        let nodes = SpectralJob { design, lights, model, cache: None, context }.nodes()?;
+        let filters = design.panel.iter().flat_map(|panel| &panel.sub_pixels);
+        let filters: Vec<_> = filters.collect();
+        let mut parts = Vec::with_capacity(nodes.len());
+        for nodes in nodes.chunk_by(|a, b| a.0 == b.0) {
+            let light = &lights.lights[nodes[0].0];
+            let nm: Vec<f64> = nodes.iter().map(|node| node.1).collect();
+            let through = |filter: &dyn Fn(f64) -> f64| -> Vec<[f64; 3]> {
+                let seen = light.light.seen_through(&nm, filter).into_iter();
+                seen.map(|xyz| xyz.map(|value| value * light.emitted_w)).collect()
+            };
+            let behind: Vec<_> =
+                filters.iter().map(|filter| through(&|nm| filter.at(nm))).collect();
+            for (k, xyz) in through(&|_| 1.0).into_iter().enumerate() {
+                let behind = behind.iter().map(|all| all[k]).collect();
+                parts.push(Self { channel: design.channel_of(light), xyz, behind });
+            }
+        }
+        Ok(parts)
+    }
+}
 
 /// A traced response.
 struct Traced {
@@ -41,11 +93,11 @@ impl Traced {
         all.flat_map(|number| number.to_le_bytes()).collect()
     }
 
-    /// The response of so many bins that these bytes hold; `None` where they hold another.
-    fn from_bytes(bytes: &[u8], bins: usize) -> Option<Self> {
+    /// The response in so many groups of bins that these bytes hold; `None` where they hold another.
+    fn from_bytes(bytes: &[u8], groups: usize, bins: usize) -> Option<Self> {
         let (all, rest) = bytes.as_chunks();
         let (one_path, values) = all.split_first()?;
-        if !rest.is_empty() || values.len() != GROUPS * bins {
+        if !rest.is_empty() || values.len() != groups * bins {
             return None;
         }
         let group = |bytes: &[[u8; 8]]| bytes.iter().map(|b| f64::from_le_bytes(*b)).collect();
@@ -56,7 +108,10 @@ impl Traced {
 
 /// Responses of all places of the traced array.
 pub struct Responses {
-    blocks: Vec<Block>,
+    /// Of each place that was traced, one for each part.
+    blocks: Vec<Vec<Block>>,
+    /// Groups of paths.
+    pub groups: usize,
     /// Response and image of each place, row after row.
     images: Vec<(usize, Turn)>,
     columns: usize,
@@ -73,10 +128,12 @@ impl Responses {
         design: &Design,
         places: &Places,
         receiver: &MapReceiver,
-        model: Model,
+        (model, parts): (Model, Option<usize>),
         cache: &Cache,
         context: RunContext,
     ) -> Result<Self> {
+        let groups = if parts.is_some() { GROUPS / GROUPS_TOGETHER } else { GROUPS };
+        let count = parts.unwrap_or(1);
         let symmetry = receiver.symmetry(design, places);
         let [columns, rows] = places.traced;
         let mut traced: Vec<[usize; 2]> = Vec::new();
@@ -89,12 +146,12 @@ impl Responses {
             });
             images.push((number, turn));
         }
-        let bytes = 8.0 * (traced.len() * GROUPS * receiver.frame.count()) as f64;
+        let bytes = 8.0 * (traced.len() * count * groups * receiver.frame.count()) as f64;
         ensure!(
             bytes <= MAX_BYTES,
             "{}: {} responses of {} bins: expected at most 2 GiB for them, got {:.1} GiB; larger bins, or fewer packages and --packages, take less",
             design.provenance.file,
-            traced.len(),
+            traced.len() * count,
             receiver.frame.count(),
             bytes / MAX_BYTES * 2.0
         );
@@ -102,31 +159,39 @@ impl Responses {
         let mut traces = ModelTraces::of_study(cache);
         let mut blocks = Vec::with_capacity(traced.len());
         let mut keys = Vec::with_capacity(traced.len());
-        for (count, place) in traced.iter().enumerate() {
+        for (response, place) in traced.iter().enumerate() {
             context.interrupt.check()?;
             let number = places.number(*place);
             let lit = lit(design, number);
             let seed = seeds::of_package(context.seed, number);
-            let key = key(&lit, receiver, model, seed)?;
+            let key = key(&lit, receiver, model, (seed, parts))?;
             let entries = store.entries(key.clone());
-            let known = entries.find(0);
-            let known = known.and_then(|bytes| Traced::from_bytes(&bytes, receiver.frame.count()));
-            let kept = if let Some(known) = known {
+            let known = (0..count).map(|part| {
+                Traced::from_bytes(&entries.find(part as u64)?, groups, receiver.frame.count())
+            });
+            let kept = if let Some(known) = known.collect::<Option<Vec<Traced>>>() {
                 known
             } else {
                 let (name, of) = (&design.name, traced.len());
-                let what = format!("{name} {}, response {} of {of}", model.key(design), count + 1);
+                let what =
+                    format!("{name} {}, response {} of {of}", model.key(design), response + 1);
                 let at = RunContext { seed, ..context };
-                let kept = trace(&mut traces, &lit, (receiver, model), &what, at)?;
-                entries.keep(0, &kept.to_bytes());
+                let kept = match parts {
+                    None => vec![trace(&mut traces, &lit, (receiver, model), &what, at)?],
+                    Some(_) => trace_apart(&lit, (receiver, model), cache, at)?,
+                };
+                let numbered = kept.iter().enumerate();
+                numbered.for_each(|(part, kept)| entries.keep(part as u64, &kept.to_bytes()));
                 store.take_error()?;
                 kept
             };
-            blocks.push(Block::new(receiver.frame.bins, &kept.groups, kept.one_path));
+            let block =
+                |kept: &Traced| Block::new(receiver.frame.bins, &kept.groups, kept.one_path);
+            blocks.push(kept.iter().map(block).collect());
             keys.push(key.hex().to_owned());
         }
         let key = Key::of(&json!({"responses": keys, "images": places.traced}));
-        Ok(Self { blocks, images, columns, key })
+        Ok(Self { blocks, groups, images, columns, key })
     }
 
     /// Number of responses that were traced.
@@ -134,10 +199,10 @@ impl Responses {
         self.blocks.len()
     }
 
-    /// The response of a place of the traced array, where that place stands.
-    pub fn at(&self, [i, j]: [usize; 2]) -> Piece<'_> {
+    /// The response of a place of the traced array in a part of the light, where that place stands.
+    pub fn at(&self, [i, j]: [usize; 2], part: usize) -> Piece<'_> {
         let (number, turn) = self.images[j * self.columns + i];
-        Piece { block: &self.blocks[number], turn, at: [0; 2], weight: 1.0 }
+        Piece { block: &self.blocks[number][part], turn, at: [0; 2], weight: 1.0 }
     }
 }
 
@@ -164,6 +229,24 @@ fn trace(
     Ok(Traced { groups, one_path: receiver.one_path(seen.path_power()) })
 }
 
+/// The maps of `design` in each of its lights at each wavelength.
+fn trace_apart(
+    design: &Design,
+    (receiver, model): (&MapReceiver, Model),
+    cache: &Cache,
+    context: RunContext,
+) -> Result<Vec<Traced>> {
+    let lights = &design.colour_lights().radiometric();
+    let job = SpectralJob { design, lights, model, cache: Some(cache), context };
+    let of_part = |seen: &Observation| {
+        let map = receiver.map(seen);
+        let map = Grouped::weighted_merged(&[(1.0, &map)], receiver.frame.count(), GROUPS_TOGETHER);
+        let groups = (0..map.count()).map(|g| map.group(g).to_vec()).collect();
+        Traced { groups, one_path: receiver.one_path(seen.path_power()) }
+    };
+    Ok(job.apart()?.iter().map(of_part).collect())
+}
+
 /// The map of `design` with its packages at these `drives`, in columns and rows, traced as a whole.
 ///
 /// # Errors
@@ -188,20 +271,29 @@ pub fn direct(
 }
 
 /// All that a response depends on.
-fn key(lit: &Design, receiver: &MapReceiver, model: Model, seed: u64) -> Result<Key> {
+fn key(
+    lit: &Design,
+    receiver: &MapReceiver,
+    model: Model,
+    (seed, parts): (u64, Option<usize>),
+) -> Result<Key> {
     let relief = match model {
         Model::Geometric => ReliefModel::Elements,
         Model::Fine => ReliefModel::Rings,
         Model::Control => ReliefModel::RayTables,
         Model::Hybrid => ReliefModel::OrderTables,
     };
-    Ok(Key::of(&json!({
+    let mut fields = json!({
         "program": program_sha256()?,
         "design": lit.trace_fields(relief),
         "model": model.key(lit),
         "map": receiver.key_fields(),
         "seed": seed,
-    })))
+    });
+    if let Some(parts) = parts {
+        fields["parts"] = json!({"count": parts, "channels": lit.channels()});
+    }
+    Ok(Key::of(&fields))
 }
 
 /// The place whose response is traced for `place`, and which image of it is that of `place`.
@@ -224,11 +316,11 @@ mod tests {
         let groups = (0..GROUPS).map(|g| vec![g as f64 / 3.0, -0.0, 1e-310]).collect();
         let traced = Traced { groups, one_path: 0.1 };
         let bytes = traced.to_bytes();
-        let back = Traced::from_bytes(&bytes, 3).expect("the same bins");
+        let back = Traced::from_bytes(&bytes, GROUPS, 3).expect("the same bins");
         assert_eq!(back.to_bytes(), bytes);
         assert_eq!((back.groups[2][0], back.one_path), (2.0 / 3.0, 0.1));
-        assert!(Traced::from_bytes(&bytes, 4).is_none());
-        assert!(Traced::from_bytes(&bytes[1..], 3).is_none());
+        assert!(Traced::from_bytes(&bytes, GROUPS, 4).is_none());
+        assert!(Traced::from_bytes(&bytes[1..], GROUPS, 3).is_none());
     }
 
     #[test]

@@ -145,16 +145,28 @@ pub fn rows<T: Send>(
     pieces: &[Piece],
     read: impl Fn(usize, &RowOfGroups) -> T + Sync,
 ) -> Vec<T> {
+    rows_of_parts(bins, groups, &[pieces], |y, rows| read(y, &rows[0]))
+}
+
+/// The same of several parts of the light, each the sum of its own pieces.
+pub fn rows_of_parts<'a, T: Send>(
+    bins: [usize; 2],
+    groups: usize,
+    parts: &[impl AsRef<[Piece<'a>]> + Sync],
+    read: impl Fn(usize, &[RowOfGroups]) -> T + Sync,
+) -> Vec<T> {
     let row = |y: usize| {
-        let mut sum = RowOfGroups {
-            bins: bins[0],
-            values: vec![0.0; groups * bins[0]],
-            one_path: vec![0.0; bins[0]],
+        let sum = |pieces: &[Piece]| {
+            let mut sum = RowOfGroups {
+                bins: bins[0],
+                values: vec![0.0; groups * bins[0]],
+                one_path: vec![0.0; bins[0]],
+            };
+            pieces.iter().for_each(|piece| piece.add_to(&mut sum, y));
+            sum
         };
-        for piece in pieces {
-            piece.add_to(&mut sum, y);
-        }
-        read(y, &sum)
+        let sums: Vec<RowOfGroups> = parts.iter().map(|pieces| sum(pieces.as_ref())).collect();
+        read(y, &sums)
     };
     (0..bins[1]).into_par_iter().map(row).collect()
 }

@@ -69,6 +69,8 @@ impl<'a> InputNames<'a> {
             names.medium(&film.medium);
             film.top.iter().chain(&film.bottom).for_each(|face| names.scattering(face));
         }
+        let sub_pixels = raw.panel.iter().flat_map(|panel| &panel.sub_pixels);
+        names.0.extend(sub_pixels.filter_map(|sub_pixel| sub_pixel.file.as_ref()));
         names.0.extend(raw.prints.iter().flat_map(|print| &print.picture_file));
         names
     }

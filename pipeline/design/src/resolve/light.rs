@@ -173,6 +173,16 @@ pub(super) fn rows(
     folder: &Path,
     at: &Context,
 ) -> Result<[Vec<f64>; 2], ConfigError> {
+    rows_of(raw, (table, "power"), folder, at)
+}
+
+/// The same of another quantity in place of the power.
+pub(super) fn rows_of(
+    raw: &SpectrumRows,
+    (table, quantity): (&str, &str),
+    folder: &Path,
+    at: &Context,
+) -> Result<[Vec<f64>; 2], ConfigError> {
     match (&raw.wavelength_nm, &raw.power, &raw.file) {
         (Some(wavelength_nm), Some(power), None) => Ok([wavelength_nm.clone(), power.clone()]),
         (None, None, Some(file)) => {
@@ -183,12 +193,15 @@ pub(super) fn rows(
             let text = bounded_text(&path, MAX_ROWS)
                 .map_err(|error| refuse(format!("cannot read `{}`: {error}", path.display())))?;
             let columns = columns::read(&text, 2..=2).map_err(|why| {
-                let what = "columns of wavelength in nm and power";
+                let what = format!("columns of wavelength in nm and {quantity}");
                 refuse(format!("`{}`: {what}: {why}", path.display()))
             })?;
             Ok(columns.try_into().unwrap_or_default())
         }
-        _ => Err(at.value(table, "other keys", "either `wavelength_nm` and `power`, or `file`")),
+        _ => {
+            let expected = format!("either `wavelength_nm` and `{quantity}`, or `file`");
+            Err(at.value(table, "other keys", &expected))
+        }
     }
 }
 

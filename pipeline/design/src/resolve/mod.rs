@@ -19,6 +19,7 @@ mod led;
 mod light;
 mod luminescence;
 mod package;
+mod panel;
 mod polariser;
 mod positions;
 mod prints;
@@ -161,6 +162,7 @@ impl Design {
             sources,
             solids,
             prints,
+            panel: None,
             hybrid: raw.hybrid.clone(),
             trace: raw.trace.clone(),
             files,
@@ -169,6 +171,14 @@ impl Design {
             polarization: raw.light.polarization,
         };
         design.check_relief(&at)?;
+        let lights = design.colour_lights();
+        if design.converts() && raw.panel.as_ref().is_some_and(|p| !p.sub_pixels.is_empty()) {
+            let expected =
+                "none where a medium converts light, whose spectrum is not known by place";
+            return Err(at.value("panel.sub_pixels", "given", expected));
+        }
+        let panel = raw.panel.as_ref().map(|raw| panel::resolve(raw, &lights, folder, &at));
+        let design = Self { panel: panel.transpose()?, ..design };
         luminescence::check(&design, raw, &at)?;
         light::check_ends(&design, raw, Self::check_relief, &at)?;
         let tables = luminescence::check_tables(&design, &at)

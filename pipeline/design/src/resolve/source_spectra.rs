@@ -399,6 +399,11 @@ pub(crate) fn lights(
     let of_file = of_file.map(|part| (LED, part.share, &part.light));
     let all: Vec<(&str, f64, &EmitterLight)> = of_sources.chain(of_file).collect();
     let whole: f64 = all.iter().map(|(_, weight, _)| weight).sum();
+    let channel = |name: &str| {
+        let source = sources.iter().find(|source| source.name() == name);
+        source.map(CheckedSource::channel)
+    };
+    let has_channels = sources.iter().any(|source| source.channel() != sources[0].channel());
     let of_design = Colour::Spectrum(design.clone());
     let mut lights: Vec<Light> = Vec::new();
     for (number, (name, weight, own)) in all.into_iter().enumerate() {
@@ -407,7 +412,9 @@ pub(crate) fn lights(
             EmitterLight::Colour(colour) => colour,
         };
         let place = lights.iter().position(|known| {
-            known.light.is(light) && (!by_source || known.sources.iter().any(|s| s == name))
+            known.light.is(light)
+                && (!by_source || known.sources.iter().any(|s| s == name))
+                && channel(&known.sources[0]) == channel(name)
         });
         let place = place.unwrap_or_else(|| {
             lights.push(Light {
@@ -430,7 +437,7 @@ pub(crate) fn lights(
         light.emitted_lm = light.emitted_w * light.light.efficacy();
     }
     let coloured = lights.iter().any(|light| !light.light.is(&of_design));
-    Ok((by_source || coloured).then_some(Lights {
+    Ok((by_source || coloured || has_channels).then_some(Lights {
         weighting: design.weighting,
         lights,
         apart: true,

@@ -46,6 +46,7 @@ pub(crate) fn resolve(
             return Err(at.value("name", format!("{name:?}"), expected));
         }
         at.within("power", *power, 1e-12, 1e12)?;
+        source.shared.channel.iter().try_for_each(|channel| at.file_name("channel", channel))?;
         let region = surroundings(source, domed, solids, at)?;
         let scope = Scope { at, weighting };
         let (emitters, symmetry) = emitters(source, led, region, folder, &scope)?;

@@ -7,10 +7,13 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::films::Films;
+use super::sources::{CheckedSource, ONE_CHANNEL};
 use super::{Design, medium};
 use crate::check::Context;
 use crate::error::ConfigError;
+use crate::spectrum::Spectrum;
 use crate::spectrum::lights::{Colour, Light, Lights};
+use metrics::kinds::Weighting;
 
 /// One of the lights of a design at one of its wavelengths, all other sources being dark.
 #[derive(Debug, Clone, Serialize)]
@@ -67,6 +70,35 @@ impl Design {
         }
         let together = || self.spectrum.as_ref().map(Lights::together).map(Cow::Owned);
         self.lights.as_ref().map(Cow::Borrowed).or_else(together)
+    }
+
+    /// The lights of all sources, of a single wavelength too.
+    pub fn colour_lights(&self) -> Lights {
+        let line = || {
+            let line = Spectrum::line(self.wavelength_nm, Weighting::Radiometric);
+            Lights::together(&line.expect("a checked wavelength"))
+        };
+        let together = || self.spectrum.as_ref().map(Lights::together);
+        self.lights.clone().or_else(together).unwrap_or_else(line)
+    }
+
+    /// Channels of the sources in the order of the design.
+    pub fn channels(&self) -> Vec<&str> {
+        let mut channels: Vec<&str> = Vec::new();
+        for source in &self.sources {
+            if !channels.contains(&source.channel()) {
+                channels.push(source.channel());
+            }
+        }
+        if channels.is_empty() { vec![ONE_CHANNEL] } else { channels }
+    }
+
+    /// Number among [`Self::channels`] of the channel of a light.
+    pub fn channel_of(&self, light: &Light) -> usize {
+        let name = light.sources.first();
+        let source = self.sources.iter().find(|source| Some(source.name()) == name.map(|n| &**n));
+        let channel = source.map(CheckedSource::channel);
+        self.channels().iter().position(|known| Some(*known) == channel).unwrap_or(0)
     }
 
     /// The colours of the sources, unless that of the design is the only one.

@@ -14,6 +14,7 @@ pub mod incidence_grid;
 pub mod led;
 pub mod luminescence;
 pub mod medium;
+pub mod panel;
 pub(crate) mod polariser;
 pub mod prints;
 pub mod receivers;
@@ -128,6 +129,9 @@ pub struct Design {
     /// Ink on the mirror and on faces of films.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub prints: Vec<CheckedPrint>,
+    /// Panel before the backlight.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub panel: Option<panel::Panel>,
     /// Wave/ray hybrid and its tables.
     pub hybrid: schema::Hybrid,
     /// Monte Carlo.

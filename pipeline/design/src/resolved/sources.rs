@@ -9,6 +9,9 @@ use metrics::illuminance::Symmetry;
 use crate::schema::sources::Source;
 use crate::spectrum::lights::Colour;
 
+/// Channel of sources that state none.
+pub const ONE_CHANNEL: &str = "all";
+
 /// A source of a checked design.
 #[derive(Debug, Clone, Serialize)]
 pub struct CheckedSource {
@@ -29,6 +32,11 @@ impl CheckedSource {
     /// Name.
     pub fn name(&self) -> &str {
         &self.stated.shared.name
+    }
+
+    /// Channel that drives it.
+    pub fn channel(&self) -> &str {
+        self.stated.shared.channel.as_deref().unwrap_or(ONE_CHANNEL)
     }
 }
 

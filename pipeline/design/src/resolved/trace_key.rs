@@ -81,6 +81,7 @@ impl Design {
             sources,
             solids,
             prints,
+            panel: _,
             hybrid,
             trace,
             files,

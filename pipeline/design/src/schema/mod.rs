@@ -22,6 +22,7 @@ pub mod films;
 pub mod hybrid;
 pub mod light;
 pub mod luminescence;
+pub mod panel;
 pub mod prints;
 pub mod receivers;
 pub mod reflectors;
@@ -83,6 +84,9 @@ pub struct Design {
     /// Ink on the mirror and on faces of films.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub prints: Vec<prints::Print>,
+    /// Panel that `zones` shows pictures on.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub panel: Option<panel::Panel>,
     /// Wave/ray hybrid and its tables.
     #[serde(default)]
     pub hybrid: Hybrid,

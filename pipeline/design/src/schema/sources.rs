@@ -26,6 +26,10 @@ pub struct SourceKeys {
     pub wavelength_nm: Option<f64>,
     /// Spectrum of its own: keys of `[light.spectrum]` but `weighting`. Not beside `wavelength_nm`.
     pub spectrum: Option<Spectrum>,
+    /// Channel that drives the source, such as `"red"`; sources of one name are driven together.
+    /// Default `"all"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub channel: Option<String>,
 }
 
 fn one() -> f64 {

@@ -195,10 +195,20 @@ impl Colour {
 
     /// As [`Spectrum::tristimulus`].
     pub fn tristimulus(&self, nodes: &[f64]) -> Vec<[f64; 3]> {
+        self.seen_through(nodes, &|_| 1.0)
+    }
+
+    /// As [`Spectrum::seen_through`].
+    pub fn seen_through(&self, nodes: &[f64], filter: &dyn Fn(f64) -> f64) -> Vec<[f64; 3]> {
         match self {
-            Self::Spectrum(spectrum) => spectrum.tristimulus(nodes),
-            Self::Rays(rays) => rays.tristimulus(nodes),
+            Self::Spectrum(spectrum) => spectrum.seen_through(nodes, filter),
+            Self::Rays(rays) => rays.seen_through(nodes, filter),
         }
+    }
+
+    /// True if visible light passes a filter.
+    pub fn passes(&self, filter: &dyn Fn(f64) -> f64) -> bool {
+        self.seen_through(&[self.median_nm()], filter)[0].iter().sum::<f64>() > 0.0
     }
 
     /// One line for people.

@@ -190,11 +190,18 @@ impl Spectrum {
     /// X, Y and Z (CIE 1931) that `nodes` (nm, ascending) stand for in 1 W of the spectrum, where
     /// whatever is seen is linear between them. Y is in units of 683 lm.
     pub fn tristimulus(&self, nodes: &[f64]) -> Vec<[f64; 3]> {
+        self.seen_through(nodes, &|_| 1.0)
+    }
+
+    /// The same through a filter of this transmittance at a wavelength in nm.
+    pub fn seen_through(&self, nodes: &[f64], filter: &dyn Fn(f64) -> f64) -> Vec<[f64; 3]> {
         match &self.source {
             SpectralPower::Lines { wavelength_nm, power } => {
-                shares::tristimulus(nodes, lines(wavelength_nm, power, false))
+                shares::tristimulus(nodes, lines(wavelength_nm, power, false), filter)
             }
-            continuous => shares::tristimulus(nodes, slices(&Density::new(continuous, false))),
+            continuous => {
+                shares::tristimulus(nodes, slices(&Density::new(continuous, false)), filter)
+            }
         }
     }
 

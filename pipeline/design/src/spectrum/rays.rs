@@ -153,8 +153,8 @@ impl ColouredRays {
     }
 
     /// As [`super::Spectrum::tristimulus`], for 1 W of all rays.
-    pub(super) fn tristimulus(&self, nodes: &[f64]) -> Vec<[f64; 3]> {
-        shares::tristimulus(nodes, self.flux.iter().copied())
+    pub(super) fn seen_through(&self, nodes: &[f64], filter: &dyn Fn(f64) -> f64) -> Vec<[f64; 3]> {
+        shares::tristimulus(nodes, self.flux.iter().copied(), filter)
     }
 
     /// The rays that are traced at `nodes[node]`, with their part of the flux there.

@@ -42,15 +42,17 @@ pub(super) fn of_nodes(nodes: &[f64], light: impl IntoIterator<Item = (f64, f64)
 }
 
 /// X, Y and Z (CIE 1931) of the part of `light`, wavelengths (nm) and power, that each of `nodes`
-/// stands for, for a power of 1 in all.
+/// stands for, for a power of 1 in all, seen through a filter of this transmittance.
 pub(super) fn tristimulus(
     nodes: &[f64],
     light: impl IntoIterator<Item = (f64, f64)>,
+    filter: &dyn Fn(f64) -> f64,
 ) -> Vec<[f64; 3]> {
     let (mut sums, mut whole) = (vec![[0.0; 3]; nodes.len()], 0.0);
     for (nm, power) in light {
         whole += power;
-        let matching = colour_matching::xyz(nm);
+        let passed = filter(nm);
+        let matching = colour_matching::xyz(nm).map(|value| passed * value);
         for (node, share) in of(nodes, nm) {
             for (sum, value) in sums[node].iter_mut().zip(matching) {
                 *sum += power * share * value;
@@ -70,7 +72,7 @@ mod tests {
     #[test]
     fn tristimulus_values_of_all_nodes_are_those_of_the_light() {
         let light = [(450.0, 1.0), (530.0, 2.0), (611.0, 1.0)];
-        let nodes = tristimulus(&[440.0, 500.0, 620.0], light);
+        let nodes = tristimulus(&[440.0, 500.0, 620.0], light, &|_| 1.0);
         for k in 0..3 {
             let sum: f64 = nodes.iter().map(|xyz| xyz[k]).sum();
             let expected = light.map(|(nm, power)| 0.25 * power * colour_matching::xyz(nm)[k]);

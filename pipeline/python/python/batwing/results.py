@@ -640,11 +640,15 @@ class Zones(Report):
         rings do not tell.
     maps : dict of Map
         `backlight`, and `panel` behind the panel, over y and x.
+    xyz : dict of ndarray
+        X, Y and Z of both, shape (3, y, x), in the unit of the maps; of designs with channels or a
+        panel of sub-pixels.
     """
 
     figures: dict[str, Figure]
     radii_mm: dict[float, Figure | None]
     maps: dict[str, Map]
+    xyz: dict[str, Array]
 
     __repr__ = _show.brief
 
@@ -675,8 +679,9 @@ def read_zones(folder: Path, keep: bool) -> Zones:
     raw, unit = report.raw, report.raw["unit"]
     halo = {f"halo_{key}": entry for key, entry in (raw["halo"] or {}).items()}
     units = {**_units_of_bins(unit), "white": unit, "halo_black": unit, "halo_bright": unit}
-    names = sorted(path.stem for path in folder.glob("*.npy"))
-    maps = {name: _map(folder / f"{name}.exr", np.load(folder / f"{name}.npy")) for name in names}
+    arrays = {path.stem: np.load(path) for path in sorted(folder.glob("*.npy"))}
+    xyz = {name[:-4]: array for name, array in arrays.items() if name.endswith("_xyz")}
+    maps = {name: _map(folder / f"{name}.exr", array) for name, array in arrays.items()}
     radii = raw["light_spread"]["radii"]
     return Zones(
         **{one.name: getattr(report, one.name) for one in fields(report)},
@@ -685,4 +690,5 @@ def read_zones(folder: Path, keep: bool) -> Zones:
             one["share"]: one["radius_mm"] and Figure.of(one["radius_mm"], "mm") for one in radii
         },
         maps={name: one for name, one in maps.items() if one is not None},
+        xyz=xyz,
     )

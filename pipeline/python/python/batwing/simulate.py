@@ -21,7 +21,7 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Literal, Union, get_args
 
@@ -321,13 +321,21 @@ def tolerance(
 
 def zones(
     design: DesignLike,
-    pattern: Levels,
+    pattern: Levels | Mapping[str, Levels] | None = None,
     *,
+    white: tuple[float, float] | str | None = None,
+    levels: str | None = None,
+    power_limit: float | None = None,
+    transfer: str | None = None,
+    gamut: str | None = None,
     zones: tuple[int, int] | None = None,
     packages: tuple[int, int] | None = None,
     receiver: str | None = None,
     contrast: float | None = None,
     picture: Levels | None = None,
+    distance: float | None = None,
+    age: float | None = None,
+    pigment: float | None = None,
     model: ZonesModelName = "geometric",
     direct: bool = False,
     paths: int | None = None,
@@ -342,16 +350,29 @@ def zones(
     ----------
     pattern : array_like or path
         Drives of the zones from 0 to 1, shape (rows, columns), the first row at the top; or a file of
-        them, text or a grey PNG.
+        them, text or a grey PNG; or one by the name of each channel.
+    white : (float, float) or str, optional
+        x and y of the white of the panel at full drive, or its temperature such as "6504K".
+    levels : str, optional
+        In place of a pattern the rule by which a picture gives the drives: "max", "mean", "rms" or
+        "percentile=P".
+    power_limit : float, optional
+        Largest power of these drives over that of full white [default: 1].
+    transfer, gamut : str, optional
+        Of a picture on sub-pixels: "srgb", "linear", "pq" or "gamma=G", and "bt709", "dci-p3" or
+        "bt2020".
     zones, packages : (int, int), optional
         Columns and rows of zones [default: one for each package], and of packages for which those of
         the design stand [default: those of the design].
     receiver : str, optional
         Plane or luminance receiver [default: the plane of `receiver`].
     contrast : float, optional
-        Largest over smallest transmittance of the panel [default: 5000].
+        Largest over smallest transmittance of the panel [default: that of the design, else 5000].
     picture : array_like or path, optional
         What the panel shows, in a form of the pattern [default: the pattern].
+    distance, age, pigment : float, optional
+        An eye at this distance in mm, whose own glare hides a part of the halo; its age in years
+        [default: 25] and pigment, 0 black to 1.2 light blue [default: 0.5].
     direct : bool
         Also trace the pattern itself, and compare.
 
@@ -367,15 +388,28 @@ def zones(
         cache,
         threads,
         model=_checks.choice("model", model, get_args(ZonesModelName)),
-        pattern=_levels("pattern", pattern, texts),
+        white=",".join(map(repr, white)) if isinstance(white, tuple) else white,
+        levels=levels,
+        power_limit=power_limit,
+        transfer=transfer,
+        gamut=gamut,
         picture=None if picture is None else _levels("picture", picture, texts),
         zones=_columns_and_rows("zones", zones),
         packages=_columns_and_rows("packages", packages),
         receiver=receiver,
         contrast=contrast,
+        distance=distance,
+        age=age,
+        pigment=pigment,
         direct=direct,
         paths=paths,
     )
+    of_channels = pattern if isinstance(pattern, Mapping) else {"": pattern}
+    for channel, one in of_channels.items():
+        if one is not None:
+            key = f"pattern {channel}".strip()
+            file = _levels(key, one, texts)
+            options += ["--pattern", f"{channel}={file}" if channel else file]
     with _folder(out) as (folder, keep):
         _native.call(["zones", name, "--out", str(folder), *options], texts, place)
         return read_zones(folder, keep)

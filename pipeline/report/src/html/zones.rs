@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use metrics::digits::{shortest, thousands};
 use metrics::quantity::{Curve, Quantity, Unit};
-use results::zones::{MAPS, SPREAD, ZonesFile};
+use results::zones::{COLOUR_PICTURES, MAPS, SPREAD, ZonesFile};
 
 use super::folder::SealedFolder;
 use super::models::{Columns, label};
@@ -22,14 +22,20 @@ use crate::plots::{Heading, LineColours, Section, cross_section};
 pub fn zones(album: &mut Album, folder: &SealedFolder<ZonesFile>) -> Result<Value> {
     let file = &folder.file;
     let captions = MAPS.into_iter().zip([
-        "Backlight at the drives of the pattern",
-        "Light behind the panel, which shows the picture",
+        format!("Backlight at the drives of the pattern, {}.", file.unit),
+        format!("Light behind the panel, which shows the picture, {}.", file.unit),
     ]);
-    let picture = |(name, caption): (&str, &str)| -> Result<Value> {
+    let in_colour = COLOUR_PICTURES.into_iter().zip([
+        "Picture, backlight and panel as they look, at one exposure.".to_owned(),
+        "Halo: ΔE_ITP of what the panel shows where the picture is black beside bright.".to_owned(),
+        "Error: ΔE_ITP of what the panel shows against the picture.".to_owned(),
+    ]);
+    let is_listed = |name: &str| file.files.iter().any(|one| one.file == format!("{name}.png"));
+    let captions = in_colour.filter(|(name, _)| is_listed(name)).chain(captions);
+    let picture = |(name, caption): (&str, String)| -> Result<Value> {
         let path = folder.directory().join(format!("{name}.png"));
         let png = std::fs::read(&path);
         let png = png.with_context(|| format!("cannot read `{}`", path.display()))?;
-        let caption = format!("{caption}, {}.", file.unit);
         Ok(json!({"png": BASE64_STANDARD.encode(png), "caption": caption}))
     };
     Ok(json!({

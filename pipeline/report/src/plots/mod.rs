@@ -23,6 +23,7 @@ mod pareto;
 mod sample_distribution;
 mod search_convergence;
 mod section;
+mod seen;
 
 pub use bars::{ShareBar, share_bars};
 pub use colours::{colour_map, colour_over_angle};
@@ -44,6 +45,7 @@ pub use pareto::pareto_front;
 pub use sample_distribution::{MarkedValue, sample_distribution};
 pub use search_convergence::search_convergence;
 pub use section::{Section, cross_section};
+pub use seen::{SeenPicture, seen};
 
 /// Title of a picture of a receiver: `luminance of plate`, or the quantity alone of a receiver that
 /// is called after it.

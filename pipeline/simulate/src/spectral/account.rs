@@ -44,10 +44,28 @@ impl Sweep<'_> {
     /// Every source with its emitted flux and its ledger, in shares of that flux, where each is
     /// traced by itself.
     pub(super) fn by_source(&self, rule: &Rule) -> BTreeMap<String, SourceEntry> {
+        let names = self.job.design.sources.iter().map(CheckedSource::name);
+        let is_of = |light: &Light, name: &str| light.sources.iter().any(|source| source == name);
+        self.by_part(rule, names, is_of)
+    }
+
+    /// The same of every channel, where there are several.
+    pub(super) fn by_channel(&self, rule: &Rule) -> Option<BTreeMap<String, SourceEntry>> {
+        let (design, channels) = (self.job.design, self.job.design.channels());
+        let is_of = |light: &Light, name: &str| channels[design.channel_of(light)] == name;
+        (channels.len() > 1).then(|| self.by_part(rule, channels.iter().copied(), is_of))
+    }
+
+    fn by_part<'n>(
+        &self,
+        rule: &Rule,
+        names: impl Iterator<Item = &'n str>,
+        is_of: impl Fn(&Light, &str) -> bool,
+    ) -> BTreeMap<String, SourceEntry> {
         let watts = self.job.design.emitted_w();
-        let of_source = |name: &str| {
+        let of_part = |name: &str| {
             let all = self.job.lights.lights.iter().enumerate();
-            let own = all.filter(|(_, light)| light.sources.iter().any(|source| source == name));
+            let own = all.filter(|(_, light)| is_of(light, name));
             let (numbers, lights): (Vec<usize>, Vec<&Light>) = own.unzip();
             let sum = |of: fn(&Light) -> f64| lights.iter().map(|light| of(light)).sum::<f64>();
             SourceEntry {
@@ -56,8 +74,7 @@ impl Sweep<'_> {
                 power_ledger: self.ledger(&of_lights(rule, &numbers)),
             }
         };
-        let names = self.job.design.sources.iter().map(CheckedSource::name);
-        names.map(|name| (name.to_owned(), of_source(name))).collect()
+        names.map(|name| (name.to_owned(), of_part(name))).collect()
     }
 
     /// The ledger of some nodes together, in shares of their flux.

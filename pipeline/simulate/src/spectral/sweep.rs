@@ -21,7 +21,7 @@ use metrics::plural;
 use results::schema::{TableEntry, UntilError, WavelengthEntry};
 use runtime::run_context::RunContext;
 
-use super::rule::{Node, Rule};
+use super::rule::{Node, Rule, medians, smallest_rule};
 use crate::dome_surface::dome_surface;
 use crate::model::Model;
 use crate::observation::colours::{ColourArrays, Colours};
@@ -353,6 +353,19 @@ impl<'a> Sweep<'a> {
     pub(super) fn observation(&self, node: &Node) -> &Observation {
         let seen = self.at(node).observation.as_ref();
         seen.expect("lent out only while batches are added")
+    }
+
+    /// The rule whose size follows from the design alone.
+    pub(super) fn fixed_rule(&self) -> Result<Rule> {
+        let lights = self.job.lights;
+        Ok(if self.disperses()? { smallest_rule(lights) } else { medians(lights) })
+    }
+
+    /// The observations of `rule`, moved out.
+    pub(super) fn into_observations(mut self, rule: &Rule) -> Vec<Observation> {
+        let keys: Vec<NodeKey> = rule.iter().map(|node| self.key(node)).collect();
+        let take = |key: &NodeKey| self.seen.remove(key)?.observation;
+        keys.iter().filter_map(take).collect()
     }
 
     /// The sum over the wavelengths of `rule`, with colours where there are several: those of

@@ -75,6 +75,15 @@ pub fn largest_channel(xyz: [f64; 3]) -> f64 {
     linear_srgb(xyz).into_iter().fold(0.0, f64::max)
 }
 
+/// True of a colour that no channels of sRGB make, however bright.
+pub fn is_out_of_srgb(xyz: [f64; 3]) -> bool {
+    /// Least channel of sRGB, over the largest: white by coefficients of four digits is off by less.
+    const LEAST: f64 = -2e-3;
+    let channels = linear_srgb(xyz);
+    let least = channels.into_iter().fold(0.0, f64::min);
+    least < LEAST * channels.into_iter().fold(0.0, f64::max)
+}
+
 fn linear_srgb(xyz: [f64; 3]) -> [f64; 3] {
     const ROWS: [[f64; 3]; 3] =
         [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]];

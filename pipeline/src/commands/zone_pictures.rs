@@ -1,0 +1,387 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Patterns and pictures of `batwing zones`: checked, shown one after the other, and their colours.
+
+use std::borrow::Cow;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+
+use arrays::cache::Cache;
+use arrays::csv;
+use design::Design;
+use design::resolved::panel::CONTRAST;
+use experiment::checked_file::Texts;
+use formats::level_image::{ColourImage, LevelImage, png_of_rgb};
+use metrics::Estimate;
+use metrics::gamut::{D65, Primaries};
+use metrics::quantity::Unit;
+use metrics::transfer::Transfer;
+use results::figure_entry::FigureEntry;
+use results::zones::{ChannelEntry, ColourEntry, ColourOfLight, GamutEntry, LevelsEntry};
+use runtime::atomic_file::write_bytes;
+use runtime::provenance::FileRecord;
+use runtime::run_context::RunContext;
+use zones::colour::{ColourEstimate, ColourFigures, FullDrive, PictureLight, painted};
+use zones::levels::{Needs, check_size, from_picture, power_share};
+use zones::{Array, Dimmed, Pattern, ZonedDesign};
+
+use super::zone_inputs::{
+    Drives, ZonesArgs, check_lit, colour_space, colours, drives, levels, pictures, rule_name,
+    transfer_name,
+};
+
+/// Arrays of X, Y and Z of the maps.
+pub const COLOUR_ARRAYS: [&str; 2] = ["backlight_xyz.npy", "panel_xyz.npy"];
+/// What the panel shows of the picture.
+pub const PAINTED: &str = "panel_picture.png";
+/// Table of several pictures.
+pub const FILM_TABLE: &str = "film.csv";
+/// Folder of what the panel shows of them.
+pub const FILM_FOLDER: &str = "film";
+/// Columns of the table.
+pub const FILM_COLUMNS: [&str; 10] = [
+    "picture",
+    "panel_mean",
+    "panel_largest_zone",
+    "power_share",
+    "halo_black",
+    "halo_black_standard_error",
+    "halo_contrast",
+    "halo_contrast_standard_error",
+    "missing",
+    "leaking",
+];
+
+/// A picture on the panel.
+enum Picture {
+    /// Levels as light.
+    Grey(LevelImage),
+    /// Colours with their primaries and transfer.
+    Colours(ColourImage, (Primaries, Transfer)),
+}
+
+/// Patterns and pictures of a command, checked.
+pub struct Pictures<'a> {
+    arguments: &'a ZonesArgs,
+    texts: &'a Texts,
+    design: &'a Design,
+    zoned: &'a ZonedDesign<'a>,
+    /// Largest over smallest transmittance of the panel.
+    pub contrast: f64,
+    /// All files that went in.
+    pub inputs: Vec<FileRecord>,
+    /// Drives of a pattern; none where pictures give them.
+    drives: Option<Drives>,
+    /// Files of pictures; none where the pattern is the picture.
+    pub files: Vec<PathBuf>,
+}
+
+/// What one picture gives.
+pub struct Frame {
+    /// Light.
+    pub found: Dimmed,
+    /// Drives by channel.
+    pub drives: Vec<Vec<f64>>,
+    needs: Option<Needs>,
+    colour_space: Option<(Primaries, Transfer)>,
+    power_share: f64,
+    /// What the panel shows, as PNG.
+    pub painted: Option<Vec<u8>>,
+}
+
+impl<'a> Pictures<'a> {
+    /// Reads and checks them all.
+    ///
+    /// # Errors
+    /// Options that do not fit the design; files that are no patterns or pictures, or of other sizes.
+    pub fn new(
+        (arguments, texts): (&'a ZonesArgs, &'a Texts),
+        zoned: &'a ZonedDesign<'a>,
+    ) -> Result<Self> {
+        let design = zoned.design;
+        let stated = &arguments.pattern;
+        let channels = design.channels();
+        let drives = (!stated.is_empty()).then(|| drives(stated, &channels, zoned, texts));
+        let drives = drives.transpose()?;
+        let file = &design.provenance.file;
+        ensure!(
+            arguments.white.is_none() || zoned.has_colours(),
+            "--white: expected a design with several channels of [[sources]] or [panel] sub_pixels, got `{file}` without"
+        );
+        ensure!(
+            !(arguments.direct && zoned.has_colours()),
+            "--direct: expected none with channels or [panel] sub_pixels"
+        );
+        let files = arguments.picture.as_deref().map(pictures).transpose()?.unwrap_or_default();
+        let has_picture = !files.is_empty() || drives.as_ref().is_some_and(|d| d.grey.is_some());
+        ensure!(has_picture, "--picture: expected one beside a pattern for each channel, got none");
+        let of_panel = design.panel.as_ref().map(|panel| panel.contrast);
+        let mut command = Self {
+            contrast: arguments.contrast.or(of_panel).unwrap_or(CONTRAST),
+            inputs: design.provenance.inputs(),
+            arguments,
+            texts,
+            design,
+            zoned,
+            drives,
+            files,
+        };
+        command.inputs.extend(command.drives.iter().flat_map(|drives| drives.inputs.clone()));
+        if let Some(white) = arguments.white {
+            // Before anything is traced: channels keep their colours on their way, but for dispersion.
+            let mut drive = zoned.emitted_drive(command.contrast);
+            drive.levels(white, &channels).with_context(|| file.clone())?;
+        }
+        let grey = command.drives.as_ref().and_then(|drives| drives.grey.as_ref());
+        if let Some(grey) = grey.filter(|_| command.files.is_empty() && command.has_sub_pixels()) {
+            command.coloured(ColourImage::grey(grey), &arguments.pattern[0])?;
+        }
+        // All are read before anything is traced or written.
+        let mut size = None;
+        for (number, path) in command.files.iter().enumerate() {
+            let (picture, record) = command.picture(path, number > 0)?;
+            let found = match &picture {
+                Picture::Grey(image) => [image.columns, image.rows],
+                Picture::Colours(image, _) => [image.columns, image.rows],
+            };
+            let [columns, rows] = *size.get_or_insert(found);
+            ensure!(
+                found == [columns, rows],
+                "`{}`: --picture: expected {columns} x {rows} pixels as in the first, got {} x {}",
+                record.file,
+                found[0],
+                found[1]
+            );
+            if arguments.levels.is_some() {
+                check_size(found, zoned.zones, &record.file)?;
+            }
+            command.inputs.push(record);
+        }
+        Ok(command)
+    }
+
+    /// True if the panel shows colours.
+    pub fn has_sub_pixels(&self) -> bool {
+        self.design.panel.as_ref().is_some_and(|panel| !panel.sub_pixels.is_empty())
+    }
+
+    /// True if levels are cd/m².
+    pub fn is_absolute(&self) -> bool {
+        let unit = self.zoned.receiver.quantity.unit();
+        self.design.emitted.is_some() && unit == Unit::CandelaPerSquareMetre
+    }
+
+    /// The picture in a file; of a film some may be dark.
+    fn picture(&self, path: &Path, may_be_dark: bool) -> Result<(Picture, FileRecord)> {
+        if !self.has_sub_pixels() {
+            let (image, record) = levels(path, self.texts)?;
+            check_lit(may_be_dark || image.levels.iter().any(|level| *level > 0.0), &record.file)?;
+            return Ok((Picture::Grey(image), record));
+        }
+        let (image, record) = colours(path, self.texts)?;
+        check_lit(
+            may_be_dark || image.levels.iter().flatten().any(|level| *level > 0),
+            &record.file,
+        )?;
+        Ok((self.coloured(image, &record.file)?, record))
+    }
+
+    fn coloured(&self, image: ColourImage, file: &str) -> Result<Picture> {
+        let stated = (self.arguments.gamut, self.arguments.transfer);
+        let space = colour_space(&image, file, stated)?;
+        ensure!(
+            space.1.peak_cd_m2().is_none() || self.is_absolute(),
+            "`{file}`: --transfer: expected srgb, linear or gamma=G where levels are not in cd/m², got pq; a luminance --receiver and led.power_w make them so"
+        );
+        Ok(Picture::Colours(image, space))
+    }
+
+    /// Light of one picture, or of the pattern.
+    pub fn frame(
+        &self,
+        path: Option<&Path>,
+        array: &Array,
+        full: Option<&(FullDrive, Vec<f64>)>,
+        cache: &Cache,
+        context: RunContext,
+    ) -> Result<Frame> {
+        let picture = match path {
+            Some(path) => self.picture(path, true)?.0,
+            None => {
+                let grey = self.drives.as_ref().and_then(|drives| drives.grey.clone());
+                let grey = grey.context("--picture: expected one, got none")?;
+                if self.has_sub_pixels() {
+                    self.coloured(ColourImage::grey(&grey), &self.arguments.pattern[0])?
+                } else {
+                    Picture::Grey(grey)
+                }
+            }
+        };
+        let (image, light, space) = match picture {
+            Picture::Grey(image) => (image, None, None),
+            Picture::Colours(image, space) => {
+                let white = full.map_or(D65, |(full, _)| full.white_xy());
+                let light = PictureLight::new(&image, (&space.0, space.1), white);
+                (LevelImage { columns: 1, rows: 1, levels: vec![0.0] }, Some(light), Some(space))
+            }
+        };
+        let powers = self.powers(full.map(|(_, levels)| &levels[..]));
+        let mut needs = None;
+        let drives = match (&self.drives, self.arguments.levels) {
+            (Some(drives), _) => drives.levels.clone(),
+            (None, rule) => {
+                let rule = rule.context("--levels: expected a rule or a pattern, got neither")?;
+                let grey = || PictureLight::grey(&image);
+                let picture = light.as_ref().map_or_else(|| Cow::Owned(grey()), Cow::Borrowed);
+                let of = match (full, space) {
+                    (Some((full, _)), Some((primaries, transfer))) => {
+                        full.needs(&primaries, transfer, powers.len())?
+                    }
+                    _ => Needs::GREY,
+                };
+                needs = Some(of);
+                let limit = self.arguments.power_limit;
+                let (rule, zones) = ((rule, of), self.zoned.zones);
+                from_picture(&picture, zones, rule, (&powers, limit))
+            }
+        };
+        let on_panel = match (&light, full, space) {
+            (Some(light), Some((full, _)), Some((_, transfer))) => full.show(light, transfer),
+            _ => None,
+        };
+        let pattern = Pattern {
+            drives: &drives,
+            picture: &image,
+            contrast: self.contrast,
+            colours: on_panel.as_ref(),
+            viewing: self.arguments.viewing(),
+        };
+        let found = self.zoned.dim(array, pattern, self.arguments.direct, cache, context)?;
+        let painted = match (&on_panel, &found.colours, full) {
+            (Some(on_panel), Some(colours), Some((full, _))) => {
+                let area = [0, 1].map(|axis| self.zoned.places.area_mm(axis));
+                let place = (&self.zoned.frame, area);
+                let rgb = painted(colours, place, on_panel, full.white_xy());
+                Some(png_of_rgb(on_panel.picture.columns, &rgb)?)
+            }
+            _ => None,
+        };
+        let power_share = power_share(&drives, &powers);
+        Ok(Frame { found, needs, colour_space: space, power_share, painted, drives })
+    }
+
+    /// Light that each channel emits at its level of full drive.
+    fn powers(&self, levels: Option<&[f64]>) -> Vec<f64> {
+        let mut powers = vec![0.0; self.design.channels().len()];
+        for light in &self.design.colour_lights().lights {
+            powers[self.design.channel_of(light)] += light.emitted_w;
+        }
+        let levels = levels.unwrap_or(&[1.0]).iter();
+        powers.iter_mut().zip(levels).for_each(|(power, level)| *power *= level);
+        powers
+    }
+
+    /// Electrical power of all packages at this share of full white, W.
+    fn power_w(&self, share: f64, levels: &[f64]) -> Option<f64> {
+        let of_package = self.design.emitted?.electrical_w?;
+        let sum = |levels: &[f64]| self.powers(Some(levels)).iter().sum::<f64>();
+        let (all, white) = (sum(&vec![1.0; levels.len()]), sum(levels));
+        Some(of_package * self.zoned.places.count() as f64 * share * white / all)
+    }
+
+    /// A row of [`FILM_COLUMNS`].
+    pub fn film_row(&self, name: &str, frame: &Frame) -> Vec<String> {
+        let found = &frame.found;
+        let zones = &found.zones[1];
+        let mean = zones.iter().map(|zone| zone.value).sum::<f64>() / zones.len() as f64;
+        let largest = zones.iter().map(|zone| zone.value).fold(0.0, f64::max);
+        let halo = found.halo.map(|[black, _, contrast]| [black, contrast]);
+        let of = |k: usize, read: fn(&Estimate) -> f64| halo.map(|halo| read(&halo[k]));
+        let of_panel = found.colours.as_ref().map(|colours| [colours.missing, colours.leaking]);
+        let numbers = [
+            Some(mean),
+            Some(largest),
+            Some(frame.power_share),
+            of(0, |halo| halo.value),
+            of(0, |halo| halo.standard_error),
+            of(1, |halo| halo.value),
+            of(1, |halo| halo.standard_error),
+            of_panel.map(|panel| panel[0].value),
+            of_panel.map(|panel| panel[1].value),
+        ];
+        let text = |number: Option<f64>| {
+            let number = number.filter(|number| number.is_finite());
+            number.map_or_else(String::new, |number| format!("{number:?}"))
+        };
+        std::iter::once(name.to_owned()).chain(numbers.map(text)).collect()
+    }
+
+    /// Arrays of X, Y and Z, and what the panel shows.
+    pub fn write_colours(&self, frame: &Frame) -> Result<()> {
+        let out = &self.arguments.out;
+        let [columns, rows] = self.zoned.frame.bins;
+        for (name, xyz) in COLOUR_ARRAYS.iter().zip(frame.found.colours.iter().flat_map(|c| &c.xyz))
+        {
+            let planes: Vec<f64> = (0..3).flat_map(|k| xyz.iter().map(move |xyz| xyz[k])).collect();
+            csv::write_npy(&out.join(name), &[3, rows, columns], &planes)?;
+        }
+        frame.painted.iter().try_for_each(|png| write_bytes(&out.join(PAINTED), png))
+    }
+
+    /// Entry of the colours in `zones.json`.
+    pub fn colour_entry(
+        &self,
+        (full, levels): &(FullDrive, Vec<f64>),
+        frame: &Frame,
+    ) -> ColourEntry {
+        let entry = FigureEntry::new;
+        let of_light = |of: ColourEstimate| {
+            let [x, y, u, v] = of.chromaticity.map(entry);
+            let [cct, duv] = [0, 1].map(|k| of.temperature.map(|both| entry(both[k])));
+            ColourOfLight { xy: [x, y], uv: [u, v], cct, duv, luminance: entry(of.luminance) }
+        };
+        let channels = self.design.channels().into_iter().zip(levels).enumerate();
+        let channels = channels.map(|(number, (name, level))| ChannelEntry {
+            name: name.to_owned(),
+            level: *level,
+            light: of_light(full.channel_figures(number)),
+        });
+        let colours = frame.found.colours.as_ref();
+        let figure = |read: fn(&ColourFigures) -> Estimate| {
+            entry(colours.map_or(Estimate::new(0.0, 0.0), read)).in_range(Unit::Fraction)
+        };
+        let white = of_light(full.white_figures());
+        let name = |(primaries, transfer): (Primaries, Transfer)| {
+            format!("{}, {}", primaries.name, transfer_name(transfer))
+        };
+        ColourEntry {
+            channels: channels.collect(),
+            exposure: frame.painted.as_ref().map(|_| white.luminance.value),
+            white,
+            picture: frame.colour_space.map(name),
+            gamut: full
+                .gamut()
+                .into_iter()
+                .map(|of| GamutEntry {
+                    standard: of.standard.to_owned(),
+                    xy: of.shares[0].map(entry),
+                    uv: of.shares[1].map(entry),
+                })
+                .collect(),
+            levels: frame.needs.zip(self.arguments.levels).map(|(needs, rule)| LevelsEntry {
+                rule: rule_name(rule),
+                matrix: needs.matrix,
+                by_channel: needs.by_channel,
+                power_limit: self.arguments.power_limit,
+            }),
+            power_share: frame.power_share,
+            power_w: self.power_w(frame.power_share, levels),
+            missing: figure(|colours| colours.missing),
+            leaking: figure(|colours| colours.leaking),
+            white_difference: full.white_difference().map(entry),
+            grey_shift: full.grey_shift().map(entry),
+            halo_uv: colours.and_then(|c| c.halo_uv).map(entry),
+            halo_itp: colours.and_then(|c| c.halo_itp).filter(|_| self.is_absolute()).map(entry),
+        }
+    }
+}

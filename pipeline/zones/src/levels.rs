@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! Levels of zones from the picture that they stand behind.
+//!
+//! A pixel of the colour XYZ (Y = 1 for white) needs the levels n = max(0, min(1, N XYZ)) of the
+//! channels. With three channels behind red, green and blue sub-pixels N is the inverse of the matrix
+//! of X, Y and Z that each channel alone shows on the open panel; with other numbers of channels all
+//! need the largest of the picture's own red, green and blue. The level of a zone is, over the n
+//! pixels whose middles lie in it,
+//!
+//! | rule | level |
+//! |---|---|
+//! | max | max n |
+//! | mean | Σ n / number |
+//! | rms | (Σ n² / number)^½ |
+//! | percentile p | the smallest n that p % of the pixels do not exceed |
+//!
+//! Where the power, a sum over channels by the light that each emits at full white, exceeds its
+//! limit, one factor lowers all levels.
+
+use anyhow::{Result, ensure};
+use metrics::gamut::{Matrix, apply};
+use rayon::prelude::*;
+
+use super::MIN_DRIVE;
+use super::colour::PictureLight;
+
+/// How pixels of a zone give its level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Rule {
+    /// The largest.
+    Max,
+    /// The mean.
+    Mean,
+    /// The root of the mean square.
+    Rms,
+    /// The level that this percentage of the pixels do not exceed.
+    Percentile(f64),
+}
+
+impl Rule {
+    fn level(self, needs: &mut [f64]) -> f64 {
+        let count = needs.len() as f64;
+        match self {
+            Self::Max => needs.iter().copied().fold(0.0, f64::max),
+            Self::Mean => needs.iter().sum::<f64>() / count,
+            Self::Rms => (needs.iter().map(|n| n * n).sum::<f64>() / count).sqrt(),
+            Self::Percentile(p) => {
+                let rank = (0.01 * p * count - 1e-9).ceil().max(1.0) as usize;
+                *needs.select_nth_unstable_by(rank - 1, f64::total_cmp).1
+            }
+        }
+    }
+}
+
+/// Levels that pixels need.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Needs {
+    /// From X, Y and Z, where white has Y = 1.
+    pub matrix: Matrix,
+    /// True if each row is a channel; else all channels need the largest row.
+    pub by_channel: bool,
+}
+
+impl Needs {
+    /// Of grey pictures, whose levels stand in place of X, Y and Z.
+    pub const GREY: Self =
+        Self { matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], by_channel: false };
+
+    fn of(&self, xyz: [f32; 3]) -> [f64; 3] {
+        let all = apply(&self.matrix, xyz.map(f64::from)).map(|need| need.clamp(0.0, 1.0));
+        if self.by_channel { all } else { [all.into_iter().fold(0.0, f64::max); 3] }
+    }
+}
+
+/// Levels of `zones` for each of the channels, whose shares of the power at full white are `powers`;
+/// at most `limit` of it. There are no fewer pixels than zones ([`check_size`]).
+pub fn from_picture(
+    picture: &PictureLight,
+    zones: [usize; 2],
+    (rule, needs): (Rule, Needs),
+    (powers, limit): (&[f64], f64),
+) -> Vec<Vec<f64>> {
+    let size = [picture.columns, picture.rows];
+    // Pixels from the first to the last whose middle lies in a zone.
+    let range = |k: usize, zone: usize| {
+        let first = |zone: usize| ((zone * size[k]) as f64 / zones[k] as f64 - 0.5).ceil() as usize;
+        first(zone)..first(zone + 1)
+    };
+    let channels = powers.len();
+    let of_zone = |zone: usize| -> Vec<f64> {
+        let mut needs_of = vec![Vec::new(); if needs.by_channel { channels } else { 1 }];
+        for j in range(1, zone / zones[0]) {
+            for i in range(0, zone % zones[0]) {
+                let need = needs.of(picture.xyz[j * size[0] + i]);
+                needs_of.iter_mut().zip(need).for_each(|(all, need)| all.push(need));
+            }
+        }
+        let levels: Vec<f64> = needs_of.iter_mut().map(|needs| rule.level(needs)).collect();
+        (0..channels).map(|channel| levels[channel % levels.len()]).collect()
+    };
+    let found: Vec<Vec<f64>> = (0..zones[0] * zones[1]).into_par_iter().map(of_zone).collect();
+    let mut levels: Vec<Vec<f64>> =
+        (0..channels).map(|c| found.iter().map(|zone| zone[c]).collect()).collect();
+    let power = power_share(&levels, powers);
+    let factor = if power > limit { limit / power } else { 1.0 };
+    for level in levels.iter_mut().flatten() {
+        *level *= factor;
+        if *level < MIN_DRIVE {
+            *level = 0.0;
+        }
+    }
+    levels
+}
+
+/// Refuses a picture from `file` with a zone without pixels.
+///
+/// # Errors
+/// Fewer pixels than zones along an axis.
+pub fn check_size(size: [usize; 2], zones: [usize; 2], file: &str) -> Result<()> {
+    ensure!(
+        (0..2).all(|k| size[k] >= zones[k]),
+        "`{file}`: --levels: expected a pixel or more in every zone of {} x {}, got {} x {} pixels",
+        zones[0],
+        zones[1],
+        size[0],
+        size[1]
+    );
+    Ok(())
+}
+
+/// Power over that of full white.
+pub fn power_share(levels: &[Vec<f64>], powers: &[f64]) -> f64 {
+    let mean = |levels: &Vec<f64>| levels.iter().sum::<f64>() / levels.len() as f64;
+    let part = levels.iter().zip(powers).map(|(levels, power)| power * mean(levels));
+    part.sum::<f64>() / powers.iter().sum::<f64>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Zones of two by two pixels: what the formulas give by hand.
+    #[test]
+    fn rules_are_their_formulas() {
+        let levels = [0.0f32, 0.2, 0.6, 0.4, 1.0, 0.0, 0.0, 0.0];
+        let xyz = levels.map(|level| [level; 3]).to_vec();
+        let picture = PictureLight { columns: 4, rows: 2, xyz };
+        let of = |rule, limit| {
+            from_picture(&picture, [2, 1], (rule, Needs::GREY), (&[1.0], limit)).concat()
+        };
+        for (rule, expected) in [
+            (Rule::Max, [1.0, 0.6]),
+            (Rule::Mean, [0.3, 0.25]),
+            (Rule::Rms, [0.26f64.sqrt(), 0.13f64.sqrt()]),
+            (Rule::Percentile(75.0), [0.2, 0.4]),
+            (Rule::Percentile(100.0), [1.0, 0.6]),
+        ] {
+            let found = of(rule, 1.0);
+            let is_near = |(a, b): (&f64, f64)| (a - b).abs() < 1e-7;
+            assert!(found.iter().zip(expected).all(is_near), "{rule:?}: {found:?}");
+        }
+        // Half of the power: the mean of 1.0 and 0.6 is 0.8.
+        let found = of(Rule::Max, 0.4);
+        assert!((found[0] - 0.5).abs() < 1e-7 && (found[1] - 0.3).abs() < 1e-7, "{found:?}");
+        let few = check_size([4, 2], [2, 4], "p");
+        assert!(few.expect_err("too few").to_string().contains("got 4 x 2 pixels"));
+    }
+}

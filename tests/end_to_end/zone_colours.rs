@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing zones` in colours: channels, whites, sub-pixels, levels from pictures, films.
+
+use std::path::Path;
+
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+use arrays::npy;
+use batwing_tests::read;
+use formats::level_image::{ColourImage, png_of_rgb};
+use metrics::colour_matching;
+
+use crate::support::binary::batwing;
+use crate::support::runs::run_text;
+use crate::zones::boxed;
+
+/// Wavelengths and power of the dies, and transmittance of the sub-pixels at the same wavelengths.
+const DIES: [(&str, [f64; 3], [f64; 3]); 3] = [
+    ("red", [610.0, 630.0, 650.0], [0.0, 1.0, 0.0]),
+    ("green", [500.0, 530.0, 560.0], [0.0, 1.0, 0.0]),
+    ("blue", [440.0, 455.0, 470.0], [0.0, 1.0, 0.0]),
+];
+const FILTERS: [[[f64; 6]; 2]; 3] = [
+    [[400.0, 570.0, 590.0, 610.0, 650.0, 700.0], [0.01, 0.01, 0.15, 0.30, 0.30, 0.30]],
+    [[400.0, 480.0, 500.0, 560.0, 600.0, 700.0], [0.005, 0.05, 0.28, 0.28, 0.01, 0.005]],
+    [[400.0, 430.0, 480.0, 500.0, 540.0, 700.0], [0.26, 0.26, 0.20, 0.05, 0.005, 0.005]],
+];
+
+/// 3 x 3 packages of three dies in a white box, before a panel.
+pub fn coloured() -> String {
+    let die = |(k, (name, nm, power)): (usize, &(&str, [f64; 3], [f64; 3]))| {
+        format!(
+            "[[sources]]\nname = \"{name} die\"\nchannel = \"{name}\"\nkind = \"rectangle\"\n\
+             position_mm = [{}, 0.0, 0.15]\nsize_mm = [0.1, 0.1]\n\
+             spectrum = {{ kind = \"table\", samples = 1, wavelength_nm = {nm:?}, power = {power:?} }}\n\n",
+            0.15 * (k as f64 - 1.0)
+        )
+    };
+    let filter = |[nm, share]: &[[f64; 6]; 2]| {
+        format!("[[panel.sub_pixels]]\nwavelength_nm = {nm:?}\ntransmittance = {share:?}\n\n")
+    };
+    let dies: String = DIES.iter().enumerate().map(die).collect();
+    let filters: String = FILTERS.iter().map(filter).collect();
+    boxed(3).replace("power_lm = 8.0", "power_w = 0.03, electrical_w = 0.09")
+        + &dies
+        + "[panel]\ncontrast = 1e9\n\n"
+        + &filters
+}
+
+fn folder() -> TempDir {
+    let folder = tempdir().expect("a folder");
+    let write = |name: &str, text: &str| {
+        std::fs::write(folder.path().join(name), text).expect("written");
+    };
+    write("rgb.toml", &coloured());
+    write("full.csv", &"1,1,1\n".repeat(3));
+    write("dark.csv", &"0,0,0\n".repeat(3));
+    write("some.csv", "1,0.5,0\n0,0.2,0\n0.3,0,1\n");
+    folder
+}
+
+/// Runs `zones` in `folder` on kept responses; the results in `out`.
+fn zones(folder: &Path, line: &str, out: &str) -> Value {
+    let line = format!(
+        "zones rgb.toml {line} --paths 20000 --receiver front --quiet --cache kept --out {out}"
+    );
+    batwing(folder).args(line.split_whitespace()).assert().success();
+    serde_json::from_str(&read(folder.join(out).join("zones.json"))).expect("JSON")
+}
+
+/// X, Y and Z of a map.
+fn xyz(folder: &Path, file: &str) -> Vec<f64> {
+    let bytes = std::fs::read(folder.join(file)).expect("an array");
+    npy::read::<f64>(&bytes).expect("X, Y and Z").1
+}
+
+/// A column of `zones.csv`.
+fn column(folder: &Path, out: &str, name: &str) -> Vec<f64> {
+    let text = read(folder.join(out).join("zones.csv"));
+    let mut rows = text.lines().map(|row| row.split(',').collect::<Vec<_>>());
+    let place = rows.next().expect("names").iter().position(|cell| *cell == name).expect(name);
+    rows.map(|row| row[place].parse().expect("a number")).collect()
+}
+
+fn value(entry: &Value) -> f64 {
+    entry["value"].as_f64().expect("a number")
+}
+
+/// A PNG of `columns` pixels a row, the top first.
+fn write_png(path: &Path, columns: usize, rgb: &[u8]) {
+    std::fs::write(path, png_of_rgb(columns, rgb).expect("whole rows")).expect("written");
+}
+
+#[test]
+fn channels_add_up_to_the_whole() {
+    let folder = folder();
+    let at = folder.path();
+    // A panel picture is needed beside patterns by channel, and asks for nothing here.
+    let picture = "--picture full.csv";
+    let one = |lit: &str| {
+        let file = |name: &str| if name == lit { "some.csv" } else { "dark.csv" };
+        let patterns = DIES.map(|(name, ..)| format!("--pattern {name}={}", file(name)));
+        let found = zones(at, &format!("{} {picture}", patterns.join(" ")), lit);
+        let share = found["colour"]["power_share"].as_f64().expect("a share");
+        // Each die emits a third, in zones whose mean drive is a third.
+        assert!((share - 1.0 / 9.0).abs() < 1e-12, "{share}");
+        xyz(at, &format!("{lit}/backlight_xyz.npy"))
+    };
+    let parts = DIES.map(|(name, ..)| one(name));
+    let found = zones(at, &format!("--pattern some.csv {picture}"), "all");
+    let whole = xyz(at, "all/backlight_xyz.npy");
+    for (k, whole) in whole.iter().enumerate() {
+        let sum: f64 = parts.iter().map(|part| part[k]).sum();
+        assert!((sum - whole).abs() <= 1e-12 * whole.abs(), "{k}: {sum} {whole}");
+    }
+    // Symmetric about x alone: a response for each of nine packages, 9 · 0.09 W at full drive.
+    assert_eq!(found["responses"], 9);
+    let power = found["colour"]["power_w"].as_f64().expect("W");
+    assert!((power - 0.27).abs() < 1e-12, "{power}");
+    // One channel is the luminance of the map.
+    let y = &whole[whole.len() / 3..2 * whole.len() / 3];
+    let bytes = std::fs::read(at.join("all/backlight.npy")).expect("a map");
+    let map = npy::read::<f64>(&bytes).expect("levels").1;
+    assert!(y.iter().zip(&map).all(|(a, b)| (a - b).abs() < 1e-9 * b), "Y is no luminance");
+}
+
+/// Colours of single channels behind the open panel are integrals over spectrum and filters.
+#[test]
+fn channels_have_the_colours_of_their_spectra_behind_the_filters() {
+    let folder = folder();
+    let found = zones(folder.path(), "--pattern full.csv", "out");
+    let line = |x: f64, [a, b]: [f64; 2], [u, v]: [f64; 2]| u + (v - u) * (x - a) / (b - a);
+    for (k, (name, nm, power)) in DIES.iter().enumerate() {
+        let mut sum = [0.0; 3];
+        for step in 0..10_000 {
+            let x = nm[0] + (nm[2] - nm[0]) * (f64::from(step) + 0.5) / 1e4;
+            let half = usize::from(x > nm[1]);
+            let light = line(x, [nm[half], nm[half + 1]], [power[half], power[half + 1]]);
+            let passed: f64 = FILTERS
+                .iter()
+                .map(|[rows, share]| {
+                    let i = rows.iter().rposition(|row| *row <= x).expect("covered");
+                    line(x, [rows[i], rows[i + 1]], [share[i], share[i + 1]])
+                })
+                .sum();
+            let matching = colour_matching::xyz(x);
+            (0..3).for_each(|k| sum[k] += light * passed * matching[k]);
+        }
+        let whole: f64 = sum.iter().sum();
+        let channel = &found["colour"]["channels"][k];
+        assert_eq!(channel["name"], *name);
+        for (axis, expected) in [sum[0] / whole, sum[1] / whole].into_iter().enumerate() {
+            let got = value(&channel["light"]["xy"][axis]);
+            assert!((got - expected).abs() < 2e-5, "{name}: {got} {expected}");
+        }
+    }
+    let gamut = found["colour"]["gamut"].as_array().expect("standards");
+    assert_eq!(gamut.len(), 3);
+    assert!(gamut.iter().all(|of| value(&of["xy"][1]) > 0.3 && value(&of["xy"][1]) <= 1.0));
+}
+
+#[test]
+fn a_white_has_the_most_light_that_its_channels_give() {
+    let folder = folder();
+    let at = folder.path();
+    let found = zones(at, "--pattern full.csv --white 0.3127,0.3290", "d65");
+    let channels = found["colour"]["channels"].as_array().expect("channels");
+    let levels: Vec<f64> =
+        channels.iter().map(|channel| channel["level"].as_f64().expect("a level")).collect();
+    assert!(levels.iter().all(|level| (0.0..=1.0).contains(level)), "{levels:?}");
+    assert!(levels.contains(&1.0) && levels.iter().any(|level| *level < 0.9), "{levels:?}");
+    for (axis, expected) in [0.3127, 0.3290].into_iter().enumerate() {
+        let got = value(&found["colour"]["white"]["xy"][axis]);
+        assert!((got - expected).abs() < 1e-12, "{got}");
+    }
+    let by_name = zones(at, "--pattern full.csv --white 6504K", "kelvin");
+    let cct = value(&by_name["colour"]["white"]["cct"]);
+    assert!((cct - 6504.0).abs() < 5.0, "{cct}");
+    // Control: without it, all channels at 1 have another white and more light.
+    let native = zones(at, "--pattern full.csv", "native");
+    let luminance = |found: &Value| value(&found["colour"]["white"]["luminance"]);
+    assert!(luminance(&native) > 1.05 * luminance(&found));
+    assert!((value(&native["colour"]["white"]["xy"][0]) - 0.3127).abs() > 0.005);
+}
+
+/// What the panel can show is the picture to a quantum, whatever the backlight; what it cannot is
+/// missing.
+#[test]
+fn the_panel_shows_the_picture_that_it_is_given() {
+    let folder = folder();
+    let at = folder.path();
+    let pixels: Vec<u8> =
+        (0..18u8 * 12).flat_map(|k| [40 + k % 18 * 5, 30 + k / 18 * 8, 140 - k % 18 * 5]).collect();
+    write_png(&at.join("film.png"), 18, &pixels);
+    let line = "--pattern full.csv --picture film.png --white 6504K";
+    let found = zones(at, line, "shown");
+    let (image, _) = ColourImage::read(&at.join("shown/panel_picture.png")).expect("a picture");
+    let (wanted, _) = ColourImage::read(&at.join("film.png")).expect("a picture");
+    assert_eq!((image.columns, image.rows), (18, 12));
+    for (k, (shown, wanted)) in image.levels.iter().zip(&wanted.levels).enumerate() {
+        let is_near = (0..3).all(|c| shown[c].abs_diff(wanted[c]) <= 257);
+        assert!(is_near, "pixel {k}: {shown:?} {wanted:?}");
+    }
+    let share = |found: &Value, key: &str| value(&found["colour"][key]);
+    assert!(share(&found, "missing") < 1e-6 && share(&found, "leaking") < 1e-6, "{found}");
+    assert_eq!(found["colour"]["picture"], "BT.709, sRGB");
+    // A tenth of the backlight does not do.
+    std::fs::write(at.join("dim.csv"), "0.1,0.1,0.1\n".repeat(3)).expect("written");
+    let dim = zones(at, &line.replace("full", "dim"), "dim");
+    assert!(share(&dim, "missing") > 0.1, "{dim}");
+    // Light that is stated as such.
+    let linear = zones(at, &format!("{line} --transfer linear --gamut bt2020"), "linear");
+    assert_eq!(linear["colour"]["picture"], "BT.2020, linear");
+}
+
+/// Levels by hand: what the pixels of a zone need by the matrix that the results state.
+#[test]
+fn levels_follow_from_the_picture_by_their_formula() {
+    let folder = folder();
+    let at = folder.path();
+    let numbers = (0..36u32).flat_map(|k| [k * 7, k * 53 % 251, k * 101 % 241]);
+    let pixels: Vec<u8> = numbers.map(|number| number as u8).collect();
+    write_png(&at.join("film.png"), 6, &pixels);
+    let line = "--picture film.png --transfer linear --white 6504K";
+    let rules: [(&str, &dyn Fn(&[f64]) -> f64); 4] = [
+        ("max", &|n| n.iter().copied().fold(0.0, f64::max)),
+        ("mean", &|n| n.iter().sum::<f64>() / 4.0),
+        ("rms", &|n| (n.iter().map(|n| n * n).sum::<f64>() / 4.0).sqrt()),
+        ("percentile=50", &|n| {
+            let mut n = n.to_vec();
+            n.sort_by(f64::total_cmp);
+            n[1]
+        }),
+    ];
+    // BT.709 with D65, as IEC 61966-2-1 prints it.
+    const TO_XYZ: [[f64; 3]; 3] =
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
+    for (rule, level) in rules {
+        let found = zones(at, &format!("{line} --levels {rule}"), rule);
+        let stated = &found["colour"]["levels"];
+        assert_eq!((&stated["rule"], &stated["by_channel"]), (&rule.into(), &true.into()));
+        for (c, (name, ..)) in DIES.iter().enumerate() {
+            let drives = column(at, rule, &format!("drive_{name}"));
+            for (zone, drive) in drives.iter().enumerate() {
+                // Zones and pixels of a PNG both begin at the top.
+                let needs = [0, 1, 2, 3].map(|k| {
+                    let (i, j) = (2 * (zone % 3) + k % 2, 2 * (zone / 3) + k / 2);
+                    let rgb = [0, 1, 2].map(|c| f64::from(pixels[3 * (6 * j + i) + c]) / 255.0);
+                    let row = |row: [f64; 3]| (0..3).map(|k| row[k] * rgb[k]).sum::<f64>();
+                    let xyz = TO_XYZ.map(row);
+                    let n = |k: usize| stated["matrix"][c][k].as_f64().expect("a number") * xyz[k];
+                    (n(0) + n(1) + n(2)).clamp(0.0, 1.0)
+                });
+                let expected = level(&needs);
+                assert!(
+                    (drive - expected).abs() < 2e-3,
+                    "{rule} {name} {zone}: {drive} {expected}"
+                );
+            }
+        }
+    }
+    // Half of the power that the levels take.
+    let whole = zones(at, &format!("{line} --levels max"), "whole");
+    let share = whole["colour"]["power_share"].as_f64().expect("a share");
+    let limit = format!("{line} --levels max --power-limit {}", 0.5 * share);
+    let half = zones(at, &limit, "half");
+    let found = half["colour"]["power_share"].as_f64().expect("a share");
+    assert!((found - 0.5 * share).abs() < 1e-12, "{found} {share}");
+    let [before, after] = ["whole", "half"].map(|out| column(at, out, "drive_green"));
+    assert!(before.iter().zip(&after).all(|(a, b)| (0.5 * a - b).abs() < 1e-12));
+}
+
+/// The eye's own glare hides more of the halo where the panel has more contrast, and in an older eye.
+#[test]
+fn the_eye_hides_a_part_of_the_halo() {
+    let folder = folder();
+    let at = folder.path();
+    let mut pixels = vec![0; 3 * 36];
+    pixels[3 * 14..][..3].fill(255);
+    write_png(&at.join("star.png"), 6, &pixels);
+    let line = "--picture star.png --levels max";
+    let seen = |contrast: f64, age: f64, out: &str| {
+        zones(at, &format!("{line} --contrast {contrast} --distance 600 --age {age}"), out)
+    };
+    let found = [(30.0, 25.0), (30.0, 70.0), (1000.0, 25.0), (1e6, 25.0)]
+        .map(|(contrast, age)| seen(contrast, age, &format!("eye-{contrast}-{age}")));
+    let [poor, old, better, best] = found.each_ref().map(|found| value(&found["halo"]["hidden"]));
+    assert!(poor > 0.0 && poor < old && old < 1.0, "{poor} {old}");
+    assert!(poor < better && better <= best && best > 0.999, "{poor} {better} {best}");
+    assert_eq!(found[1]["halo"]["viewing"]["age_years"], 70.0);
+    // Halo and greys have the colour of the panel's light; nothing is said of an eye without a place.
+    let colour = &found[0]["colour"];
+    assert!(value(&colour["grey_shift"]) < 1e-9, "{colour}");
+    assert!((0.0..0.1).contains(&value(&colour["halo_uv"])), "{colour}");
+    assert!((0.0..0.1).contains(&value(&colour["white_difference"])), "{colour}");
+    assert!(zones(at, line, "blind")["halo"].get("hidden").is_none());
+}
+
+/// Several pictures: a row each, as each by itself, from responses that are traced once.
+#[test]
+fn a_film_is_a_row_for_each_picture() {
+    let folder = folder();
+    let at = folder.path();
+    std::fs::create_dir(at.join("frames")).expect("a folder");
+    let frame = |k: u8| -> Vec<u8> { (0..36).flat_map(|p| [p * k, 6 * p, 200 - p * k]).collect() };
+    for k in [1, 2] {
+        write_png(&at.join(format!("frames/{k}.png")), 6, &frame(k));
+    }
+    zones(at, "--picture frames --levels mean", "film");
+    let text = read(at.join("film/film.csv"));
+    let rows: Vec<Vec<&str>> = text.lines().map(|row| row.split(',').collect()).collect();
+    assert_eq!(rows.len(), 3, "{text}");
+    assert_eq!((rows[1][0], rows[2][0]), ("1.png", "2.png"));
+    let alone = zones(at, "--picture frames/2.png --levels mean", "alone");
+    let share = alone["colour"]["power_share"].as_f64().expect("a share");
+    assert!((rows[2][3].parse::<f64>().expect("a share") - share).abs() < 1e-12, "{text}");
+    assert_ne!(rows[1][3], rows[2][3]);
+    let [of_film, by_itself] = ["film/film/2.png", "alone/panel_picture.png"]
+        .map(|file| std::fs::read(at.join(file)).expect("a picture"));
+    assert!(of_film == by_itself);
+}
+
+#[test]
+fn a_run_states_the_light_of_each_channel() {
+    let folder = tempdir().expect("a folder");
+    let run = run_text(folder.path(), "rgb", &coloured(), "out", &["--paths", "9000"]);
+    let run = run.expect("results");
+    let by_channel = &run["designs"]["boxed"]["geometric"]["spectrum"]["by_channel"];
+    let sum: f64 = DIES
+        .iter()
+        .map(|(name, ..)| {
+            let channel = &by_channel[name];
+            assert!(channel["power_ledger"].is_object(), "{by_channel}");
+            channel["emitted_w"].as_f64().expect("W")
+        })
+        .sum();
+    // Nine packages of 30 mW.
+    assert!((sum - 0.27).abs() < 1e-12, "{sum}");
+    // Control: dies of one channel have none.
+    let one = DIES
+        .iter()
+        .fold(coloured(), |text, (name, ..)| text.replace(&format!("channel = \"{name}\"\n"), ""));
+    let run = run_text(folder.path(), "one", &one, "one", &["--paths", "9000"]).expect("results");
+    assert!(run["designs"]["boxed"]["geometric"]["spectrum"].get("by_channel").is_none());
+}
