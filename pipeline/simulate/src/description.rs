@@ -93,6 +93,13 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
         for emits in lights(design) {
             line("light", emits);
         }
+        if design.channels().len() > 1 {
+            line("channels", design.channels().join(", "));
+        }
+    }
+    if let Some(panel) = &design.panel {
+        let filters = count(panel.sub_pixels.len(), "sub-pixel");
+        line("panel", format!("contrast {}, {filters}", shortest(panel.contrast)));
     }
     for solid in &design.solids {
         line(if solid.is_film() { "film" } else { "solid" }, self::solid(solid));
