@@ -11,7 +11,7 @@ use runtime::key::Key;
 use runtime::store::Entries;
 
 /// Bytes that are kept in memory, at most.
-const MAX_BYTES: usize = 1 << 29;
+const MAX_BYTES: usize = 1 << 30;
 
 /// The part of one group of one stack.
 type PartKey = (String, u64);

@@ -338,8 +338,10 @@ impl FilmStack {
             let gap = tops.iter().filter(|top| *top < z).count() - 1;
             Passage { receiver: *receiver, gap, z_mm: z - low, sense: *sense }
         };
-        let (viewers, cones): (Vec<Viewer>, Vec<f64>) =
+        let (viewers, cones): (Vec<Option<Viewer>>, Vec<f64>) =
             narrow_cones(&designs[0], high).into_iter().unzip();
+        // Light traced backwards has no polarisation at its receiver.
+        let viewers: Option<Vec<Viewer>> = viewers.into_iter().collect();
         Ok(FilmTable {
             scenes: designs.iter().map(|design| alone(design, low)).collect::<Result<_>>()?,
             passages: inside.map(passage).collect(),
@@ -348,7 +350,7 @@ impl FilmStack {
             half_mm: self.size_mm.map(|length| 0.5 * length),
             borders: self.borders,
             seen_sin2: cones.into_iter().fold(0.0, f64::max),
-            viewers,
+            viewers: viewers.unwrap_or_default(),
         })
     }
 
@@ -381,8 +383,8 @@ impl FilmStack {
 }
 
 /// Receivers of `design` above the films that look into a narrow cone about z, each with the sine squared
-/// of its half angle.
-fn narrow_cones(design: &Design, high_mm: f64) -> Vec<(Viewer, f64)> {
+/// of its half angle; `None` of one that reads polarisation.
+fn narrow_cones(design: &Design, high_mm: f64) -> Vec<(Option<Viewer>, f64)> {
     let cones = design.receivers.iter().enumerate().filter_map(|(number, receiver)| {
         let Measurement::Luminance(at, angles) = &receiver.detector.measurement else {
             return None;
@@ -390,10 +392,10 @@ fn narrow_cones(design: &Design, high_mm: f64) -> Vec<(Viewer, f64)> {
         let is_above = at.axes()[2].z > 0.5 && at.bounds().low.z > high_mm - SAME_MM;
         let end_deg = angles.theta_edges_deg().last().copied()?;
         let is_narrow = !angles.has_view() && end_deg <= NARROW_DEG;
-        let is_viewer = is_above && is_narrow && !receiver.detector.stokes;
-        let (receiver, z_mm) = (BUILT_IN + number, at.bounds().low.z);
-        let viewer = Viewer { receiver, ends_mm: at.ends_mm(), z_mm };
-        is_viewer.then(|| (viewer, end_deg.to_radians().sin().powi(2)))
+        let viewer =
+            Viewer { receiver: BUILT_IN + number, ends_mm: at.ends_mm(), z_mm: at.bounds().low.z };
+        let viewer = (!receiver.detector.stokes).then_some(viewer);
+        (is_above && is_narrow).then(|| (viewer, end_deg.to_radians().sin().powi(2)))
     });
     cones.collect()
 }

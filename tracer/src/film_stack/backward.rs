@@ -23,8 +23,9 @@
 //!
 //! *Conversion.* Light of λ' at a place of a medium comes from light of λ that a luminophore absorbs
 //! there, with the power Y s(λ') λ/λ' of that. So on its way backwards at λ' light gives rise to light at λ,
-//! from any direction, a(λ) Y s(λ') λ/λ' for each mm, with a the absorption coefficient and s the share
-//! of the photons. A collision that excites a luminophore ends the way.
+//! from any direction, a(λ) Y s(λ') (λ/λ') n(λ)²/n(λ')² for each mm, with a the absorption coefficient, s the
+//! share of the photons and n the index of the medium, in which light from air fills n² times less of all
+//! directions. A collision that excites a luminophore ends the way.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rand::Rng;
@@ -251,7 +252,8 @@ impl Excitations {
         let of = |space: usize, emitted: usize| -> Vec<f64> {
             let mut sum = 0.0;
             let sums = layers.iter().zip(wavelengths_nm).map(|(films, nm)| {
-                let shift = nm / wavelengths_nm[emitted];
+                let dense = (films.index(space) / layers[emitted].index(space)).powi(2);
+                let shift = nm / wavelengths_nm[emitted] * dense;
                 let rates = films.luminophores(space).iter().map(|(luminophore, _)| {
                     luminophore.absorption_per_mm * luminophore.yields(emitted, shift)
                 });
@@ -271,21 +273,24 @@ impl Excitations {
 /// What a ray traced backwards needs beside.
 pub(super) struct Backwards<'s> {
     excitations: &'s Excitations,
-    /// Of the ray on its way.
+    /// Of the ray on its way, if anything ends the films.
     pub trail: Trail,
+    has_ends: bool,
     /// Light before conversions, which is yet to be followed.
     pub waiting: Vec<(Traveller, Trail)>,
 }
 
 impl<'s> Backwards<'s> {
     /// Of a ray that begins at x = y = 0.
-    pub fn new(excitations: &'s Excitations) -> Self {
-        Self { excitations, trail: vec![DVec2::ZERO], waiting: Vec::new() }
+    pub fn new(excitations: &'s Excitations, has_ends: bool) -> Self {
+        Self { excitations, trail: vec![DVec2::ZERO], has_ends, waiting: Vec::new() }
     }
 
     /// Notes where light has been.
     pub fn visit(&mut self, at: DVec3) {
-        self.trail.push(at.truncate());
+        if self.has_ends {
+            self.trail.push(at.truncate());
+        }
     }
 
     /// Draws the light that excites what light on a flight of this length, mm, in a medium of this absorption
@@ -312,7 +317,9 @@ impl<'s> Backwards<'s> {
             let direction = random::isotropic(rng);
             let scatterings = ray.scatterings.saturating_add(1);
             let mut trail = self.trail.clone();
-            trail.push(at.truncate());
+            if self.has_ends {
+                trail.push(at.truncate());
+            }
             let excites = Traveller { at, direction, weight, scatterings, wavelength, ..*ray };
             self.waiting.push((excites, trail));
         }
@@ -385,7 +392,7 @@ mod tests {
             absorption_per_mm: 0.05,
             scattering: Some(Scattering { per_mm: 1.5, phase }),
             luminophores: vec![green],
-            ..Medium::clear("dots", 1.5)
+            ..Medium::clear("dots", [1.7, 1.5, 1.45][number])
         }
     }
 
@@ -463,7 +470,7 @@ mod tests {
                 for emitted in 0..scenes.len() as u16 {
                     let mut rng = streams.path((RAYS + 3 * ray + usize::from(emitted)) as u64);
                     let leaving = random::cosine(&mut rng, CONE.sqrt());
-                    let begins = (leaving, emitted, &excitations);
+                    let begins = (leaving, emitted, &excitations, false);
                     walk.follow_back::<L>(begins, &mut rng, |ray, _, seen| {
                         let from = -ray.direction;
                         if ray.wavelength != arriving || !is_ours(from) {

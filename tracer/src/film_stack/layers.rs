@@ -176,6 +176,11 @@ impl<'a> Layers<'a> {
         collisions.map_or(&[], |collisions| collisions.luminophores())
     }
 
+    /// Refractive index of a space.
+    pub fn index(&self, space: usize) -> f64 {
+        self.spaces[space].medium.index
+    }
+
     /// Number of spaces.
     pub fn count(&self) -> usize {
         self.spaces.len()
@@ -247,12 +252,12 @@ impl<'s> LayerWalk<'s, '_, '_> {
     /// that excites what it was.
     pub fn follow_back<L: Light>(
         &mut self,
-        (leaving, wavelength, excitations): (DVec3, u16, &'s Excitations),
+        (leaving, wavelength, excitations, has_ends): (DVec3, u16, &'s Excitations, bool),
         rng: &mut PathStream,
         mut show: impl FnMut(Traveller, &[DVec2], &L),
     ) {
         self.had.push(wavelength);
-        let mut backwards = Some(Backwards::new(excitations));
+        let mut backwards = Some(Backwards::new(excitations, has_ends));
         let (mut ray, mut face) = self.arrive(-leaving, wavelength);
         let mut light = L::default();
         let mut has_entered = false;

@@ -110,6 +110,11 @@ pub(super) struct Cone {
 }
 
 impl Cone {
+    /// The number under which sights of a group for this cone are kept, beside the outcomes of the group.
+    pub fn entry(&self, group: u64) -> u64 {
+        self.sin2.to_bits().wrapping_add(group)
+    }
+
     /// True of an outcome that leaves into it and is not traced backwards.
     fn holds(&self, sin2: f64, course: Course) -> bool {
         sin2 < self.sin2 && (course == Course::Through || !self.looks_back)

@@ -156,11 +156,11 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         let shape = (slots, stack.half_mm.is_finite());
         let parts = stack.films.parts;
         let seen = (stack.seen_slots(), stack.cone.sin2);
-        let (mut part, mut sights) = (None, None);
-        if let Some((own, rest)) = parts.and_then(|parts| parted(&parts.find(group)?)) {
-            part = Part::from_bytes(&own, shape, accounts);
-            sights = Sights::from_bytes(&rest, seen, stack.tracers.len() as u16);
-        }
+        let part = parts.and_then(|parts| Part::from_bytes(&parts.find(group)?, shape, accounts));
+        let sights = parts.filter(|_| stack.cone.looks_back).and_then(|parts| {
+            let bytes = parts.find(stack.cone.entry(group))?;
+            Sights::from_bytes(&bytes, seen, stack.tracers.len() as u16)
+        });
         let streams = |salt: u64| Streams::new(&mut random::stream(stack.seed ^ salt, group));
         Self {
             stack,
@@ -297,7 +297,8 @@ impl<'w, 'a> StackWalker<'w, 'a> {
             backwards: None,
         };
         let mut sights = Vec::new();
-        let begins = (leaving, wavelength, &stack.excitations);
+        let has_ends = stack.half_mm.is_finite();
+        let begins = (leaving, wavelength, &stack.excitations, has_ends);
         walk.follow_back::<L>(begins, &mut rng, |mut ray, trail, light| {
             ray.weight = stack.within(&ray, L::CARRIED);
             let (cell, turn) = stack.cells.find(-ray.direction);
@@ -332,6 +333,9 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         seen.scatterings = 0;
         let line = stack.layers[usize::from(sight.wavelength)].top_line();
         stack.meet(&mut seen, (sight.bounces, line));
+        if seen.history.bounces >= stack.tracers[0].max_bounces {
+            return None;
+        }
         let direction = turn.apply(sight.direction()).normalize();
         let place = turn.apply(sight.place().extend(0.0)).truncate();
         stack.place(&mut seen, &mut { *light }, (Exit { direction, place, sin: 0.0 }, None));
@@ -465,12 +469,13 @@ impl<'w, 'a> StackWalker<'w, 'a> {
     /// Books what all outcomes stood for in the tallies of the run, and has new ones kept.
     pub fn close(self, tallies: &mut [&mut Tally<'_>]) {
         let Self { stack, group, part, left, sights, .. } = self;
-        if let Some(parts) = stack.films.parts
-            && (part.has_grown() || sights.has_grown)
-        {
-            let own = part.bytes();
-            let length = (own.len() as u64).to_le_bytes();
-            parts.keep(group, &[&length[..], &own, &sights.bytes()].concat());
+        if let Some(parts) = stack.films.parts {
+            if part.has_grown() {
+                parts.keep(group, &part.bytes());
+            }
+            if sights.has_grown {
+                parts.keep(stack.cone.entry(group), &sights.bytes());
+            }
         }
         let mut sums = left;
         part.book(|(account, power), used| sums[*account as usize] += used * power);
@@ -531,14 +536,6 @@ impl Near {
             0.0
         }
     }
-}
-
-/// The bytes of outcomes and of sights.
-fn parted(bytes: &[u8]) -> Option<(Vec<u8>, Vec<u8>)> {
-    let (length, rest) = bytes.split_first_chunk()?;
-    let own = usize::try_from(u64::from_le_bytes(*length)).ok()?;
-    let (own, sights) = rest.split_at_checked(own)?;
-    Some((own.to_vec(), sights.to_vec()))
 }
 
 /// Paths that leave a film stack beside the one that has met it.

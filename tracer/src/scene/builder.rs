@@ -121,6 +121,7 @@ impl SceneBuilder {
 
         let mut lines = Lines::default();
         let world = CompiledMedium {
+            index: self.world.index,
             absorption: self.world.absorption_per_mm,
             line: lines.medium(&self.world.name),
             collisions: None,

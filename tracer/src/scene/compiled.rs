@@ -14,6 +14,7 @@ use crate::surface::{Region, Surface, SurfaceModel};
 /// A medium with its line in the ledger.
 #[derive(Debug, Clone)]
 pub(crate) struct CompiledMedium {
+    pub index: f64,
     pub absorption: f64,
     pub line: usize,
     pub collisions: Option<Collisions>,
@@ -27,7 +28,8 @@ impl CompiledMedium {
             (luminophore.clone(), line)
         });
         let collisions = Collisions::new(medium.scattering.as_ref(), luminophores.collect());
-        Self { absorption: medium.absorption_per_mm, line, collisions }
+        let Medium { index, absorption_per_mm: absorption, .. } = *medium;
+        Self { index, absorption, line, collisions }
     }
 }
 
