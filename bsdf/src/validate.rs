@@ -253,7 +253,11 @@ pub fn interpolation<E>(
 }
 
 /// Random wavevector of diffuse light from `side`: uniform over the disc of propagating ones.
-pub(crate) fn random_incidence(table: &OrderTable, side: Side, rng: &mut dyn rand::Rng) -> Wavevector {
+pub(crate) fn random_incidence(
+    table: &OrderTable,
+    side: Side,
+    rng: &mut dyn rand::Rng,
+) -> Wavevector {
     let n = table.grid().index(side);
     loop {
         let k = Wavevector {
