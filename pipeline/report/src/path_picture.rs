@@ -528,13 +528,11 @@ mod tests {
         let at = SectionPlace { x_mm: 5.0, scale: 2.0 };
         assert_eq!(at.of(&[[-0.25, 0.1], [0.5, 0.0]]), [[4.5, 0.2], [6.0, 0.0]]);
         assert_eq!(SectionPlace::OWN.of(&[[-0.25, 0.1]]), [[-0.25, 0.1]]);
-        let mut drawing = cell(vec![[0.0; 2], [1.0, 0.0]], 6.9);
-        assert_eq!(drawing.largest_radius_mm(), 0.25);
-        drawing.scales = vec![1.0, 4.0];
-        assert_eq!(drawing.largest_radius_mm(), 1.0);
-        assert_eq!(drawing.turn_and_scale([1.0, 0.0]), [0.0, 4.0]);
-        drawing.scales = vec![1.0, 0.5];
-        assert_eq!(drawing.largest_radius_mm(), 0.25);
+        for (scales, expected_mm) in [(vec![], 0.25), (vec![1.0, 4.0], 1.0), (vec![1.0, 0.5], 0.25)]
+        {
+            let drawing = PackageDrawing { scales, ..cell(vec![[0.0; 2], [1.0, 0.0]], 6.9) };
+            assert!((drawing.largest_radius_mm() - expected_mm).abs() < 1e-12);
+        }
     }
 
     #[test]
