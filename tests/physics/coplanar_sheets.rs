@@ -198,6 +198,42 @@ fn gaps_thinner_than_a_tenth_of_a_micrometre_are_refused() {
     }
 }
 
+/// Gaps of a package are judged in its own size: those as wide as the limit allows are too thin in a
+/// package of half the size, and those too thin as stated are wide enough in one of twice the size.
+#[test]
+fn gaps_are_as_thin_as_packages_are_small() {
+    let cell = CELL.replace("[0.0, 0.0, 2.0]", "[0.0, 0.0, 0.8]");
+    let block = |name: &str, z: f64| {
+        format!(
+            "[[solids]]\nname = \"{name}\"\nkind = \"box\"\nsize_mm = [0.4, 0.4, 0.5]\n\
+             position_mm = [0.7, 0.0, {z:?}]\nmedium = {{ index = 1.5 }}\n"
+        )
+    };
+    let dot = |z: f64| dot(&format!("[0.7, 0.0, {z:?}]"), "").replace("1.0\n", "0.2\n");
+    let with_gap = |mm: f64| {
+        [
+            block("block", 0.25 + mm),
+            block("block", 0.25) + &block("upper", 0.75 + mm),
+            block("block", 0.25) + &dot(0.5 + mm),
+            block("block", 0.25)
+                + &block("upper", 0.75 + mm).replace("size", "per = \"array\"\nsize"),
+        ]
+    };
+    for (mm, scale, is_thin) in [
+        (1.5e-4, 1.0, [false; 4]),
+        (1.5e-4, 0.5, [true, true, true, false]),
+        (0.7e-4, 1.0, [true; 4]),
+        (0.7e-4, 2.0, [false; 4]),
+    ] {
+        let cell = cell.replace("pitch_mm = 6.0", &format!("pitch_mm = 6.0, scales = [{scale:?}]"));
+        for (design, is_thin) in with_gap(mm).iter().zip(is_thin) {
+            let said = checked(&format!("{cell}{design}")).err();
+            assert_eq!(said.is_some(), is_thin, "{mm} {scale} {design} {said:?}");
+            assert!(said.is_none_or(|said| said.contains("at least 0.0001 mm")), "{design}");
+        }
+    }
+}
+
 #[test]
 fn asymmetric_grooves_run_to_the_left_of_their_direction() {
     let n: f64 = 1.5;

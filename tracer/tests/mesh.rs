@@ -77,6 +77,39 @@ fn the_hierarchy_finds_what_all_triangles_hold() {
     }
 }
 
+/// A scaled mesh stays one, is met where all of its triangles say, and turns light as the plain one does
+/// at the plain places.
+#[test]
+fn a_scaled_mesh_is_met_where_its_triangles_are() {
+    let mesh = cap(7, 24, 1.0).smoothed(60.0);
+    let plain = Shape::mesh(mesh.clone());
+    let mut rng = stream(22, 0);
+    for factor in [0.5, 1.7, 2.0] {
+        let shape = plain.scaled(factor).expect("finite");
+        let Shape::Mesh(scaled) = &shape else { panic!("{shape:?}") };
+        assert_eq!(scaled.triangles(), mesh.triangles());
+        let mut others = 0;
+        for _ in 0..5_000 {
+            let origin =
+                DVec3::new(unit(&mut rng) - 0.5, unit(&mut rng) - 0.5, 0.05 + 0.3 * unit(&mut rng));
+            let ray = Ray { origin, direction: isotropic(&mut rng) };
+            let wide = Ray { origin: factor * origin, ..ray };
+            let hit = shape.intersect(&wide, OPEN, Sides::Inner).expect("a hit from inside");
+            let all = scaled.intersect_all(&wide, OPEN, Sides::Inner).expect("a hit from inside");
+            assert!((hit.distance - all.distance).abs() < 1e-13, "{hit:?} {all:?}");
+            let there = plain.intersect(&ray, OPEN, Sides::Inner).expect("a hit from inside");
+            assert!((hit.distance - factor * there.distance).abs() < 1e-12, "{hit:?} {there:?}");
+            let (_, normal) = shape.settle(wide.at(hit.distance), hit.primitive);
+            let (_, expected) = plain.settle(ray.at(there.distance), there.primitive);
+            // Rays through an edge may take either of its faces.
+            others += usize::from((normal - expected).length() > 1e-12);
+        }
+        assert!(others < 5, "{factor}: {others}");
+        let [low, high] = [plain.bounds().low, plain.bounds().high].map(|end| factor * end);
+        assert_eq!((shape.bounds().low, shape.bounds().high), (low, high));
+    }
+}
+
 /// A ray that leaves a triangle on either side does not meet it again, whatever the size of the
 /// mesh.
 #[test]

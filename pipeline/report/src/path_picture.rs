@@ -205,20 +205,19 @@ impl Section<'_> {
         solids.sort_by(|a, b| extent(b).total_cmp(&extent(a)));
         let half = self.panel.x.scale.ends[1];
         // The package, and those beside it that the plane cuts as it does this one.
-        let beside = drawing.neighbours(half + drawing.radius_mm);
+        let beside = drawing.neighbours(half + drawing.largest_radius_mm());
         let [own_turn, _] = drawing.turn_and_scale([0.0; 2]);
-        let places: Vec<f64> = beside
+        let places: Vec<SectionPlace> = beside
             .filter(|[_, y]| y.abs() < 1e-6 * drawing.radius_mm)
-            .filter(|at| {
-                let [turn, scale] = drawing.turn_and_scale(*at);
-                (turn - own_turn).abs() < 1e-9 && (scale - 1.0).abs() < 1e-9
+            .filter_map(|at| {
+                let [turn, scale] = drawing.turn_and_scale(at);
+                ((turn - own_turn).abs() < 1e-9).then_some(SectionPlace { x_mm: at[0], scale })
             })
-            .map(|[x, _]| x)
-            .chain([0.0])
+            .chain([SectionPlace::OWN])
             .collect();
         let lines = drawing.dome_mm.iter();
         let dome: Vec<Vec<Point>> =
-            lines.flat_map(|line| places.iter().map(|x| self.all(&moved(line, *x)))).collect();
+            lines.flat_map(|line| places.iter().map(|at| self.all(&at.of(line)))).collect();
         let (around, inside): (Vec<_>, Vec<_>) =
             solids.into_iter().partition(|solid| extent(solid) > 2.0 * drawing.radius_mm);
         for solid in around {
@@ -238,7 +237,7 @@ impl Section<'_> {
         // The front of the box, seen along y; of a box level about the axis also its section.
         let corners = drawing.led_corners().map(|[x, _, z]| [x, z]);
         let front = [corners[0], corners[4], corners[5], corners[1]];
-        let led: Vec<Vec<Point>> = places.iter().map(|x| self.all(&moved(&front, *x))).collect();
+        let led: Vec<Vec<Point>> = places.iter().map(|at| self.all(&at.of(&front))).collect();
         canvas.shape(&led, true, Some(LED), &Pen::solid(LED_EDGE, 1.2));
         let right = [0, 1].map(|k| 0.5 * (corners[1][k] + corners[5][k]));
         self.name("LED".to_owned(), right, LED_EDGE);
@@ -251,11 +250,11 @@ impl Section<'_> {
     }
 
     /// A solid, at all `places` of packages where each carries it.
-    fn solid(&mut self, canvas: &mut Canvas, solid: &SolidDrawing, places: &[f64]) {
+    fn solid(&mut self, canvas: &mut Canvas, solid: &SolidDrawing, places: &[SectionPlace]) {
         let [fill, edge] = if solid.entered { MEDIUM } else { BODY };
-        let places = if solid.each { places } else { &[0.0] };
+        let places = if solid.each { places } else { &[SectionPlace::OWN] };
         let at_places = |line: &Vec<[f64; 2]>| -> Vec<Vec<Point>> {
-            places.iter().map(|x| self.all(&moved(line, *x))).collect()
+            places.iter().map(|at| self.all(&at.of(line))).collect()
         };
         let closed: Vec<Vec<Point>> = joined(&solid.lines_mm).iter().flat_map(at_places).collect();
         canvas.with_tooltip(&solid.name, |canvas| {
@@ -409,9 +408,23 @@ impl Section<'_> {
     }
 }
 
-/// Points further along x.
-fn moved(points: &[[f64; 2]], by: f64) -> Vec<[f64; 2]> {
-    points.iter().map(|[x, z]| [x + by, *z]).collect()
+/// A package that the plane of the section cuts as it does the one in the middle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct SectionPlace {
+    /// Its axis, mm.
+    x_mm: f64,
+    /// Its size over that of the one in the middle.
+    scale: f64,
+}
+
+impl SectionPlace {
+    const OWN: Self = Self { x_mm: 0.0, scale: 1.0 };
+
+    /// Points of the package in the middle in this one.
+    fn of(self, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
+        let Self { x_mm, scale } = self;
+        points.iter().map(|[x, z]| [scale * x + x_mm, scale * z]).collect()
+    }
 }
 
 /// A name with the refractive index, where there is one.
@@ -506,6 +519,20 @@ mod tests {
         // A distant plane leaves the package large.
         let [half, _, high] = view(&cell(vec![[0.0; 2]], 200.0));
         assert!((3.3..5.0).contains(&half) && (6.85..20.0).contains(&high), "{half} {high}");
+    }
+
+    /// A package of another size stands beside that in the middle, at its own place, and is seen from as
+    /// far as it reaches.
+    #[test]
+    fn neighbours_have_their_own_size() {
+        let at = SectionPlace { x_mm: 5.0, scale: 2.0 };
+        assert_eq!(at.of(&[[-0.25, 0.1], [0.5, 0.0]]), [[4.5, 0.2], [6.0, 0.0]]);
+        assert_eq!(SectionPlace::OWN.of(&[[-0.25, 0.1]]), [[-0.25, 0.1]]);
+        for (scales, expected_mm) in [(vec![], 0.25), (vec![1.0, 4.0], 1.0), (vec![1.0, 0.5], 0.25)]
+        {
+            let drawing = PackageDrawing { scales, ..cell(vec![[0.0; 2], [1.0, 0.0]], 6.9) };
+            assert!((drawing.largest_radius_mm() - expected_mm).abs() < 1e-12);
+        }
     }
 
     #[test]

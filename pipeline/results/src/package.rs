@@ -90,6 +90,11 @@ impl PackageDrawing {
         from_own.filter(move |[x, y]| (1e-9..=reach_mm).contains(&x.hypot(*y)))
     }
 
+    /// Half the width of the largest package, mm.
+    pub fn largest_radius_mm(&self) -> f64 {
+        self.scales.iter().copied().fold(1.0, f64::max) * self.radius_mm
+    }
+
     /// Turn of the package `at` mm from the axis of this one, degrees, and its size over that of this
     /// one.
     pub fn turn_and_scale(&self, at: [f64; 2]) -> [f64; 2] {

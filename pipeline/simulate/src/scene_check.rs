@@ -10,7 +10,7 @@ use std::path::Path;
 use anyhow::{Result, ensure};
 use tracer::Error;
 
-use design::resolved::array::PackagePositions;
+use design::resolved::array::{Array, PackagePositions};
 use design::resolved::receivers::CheckedReceiver;
 use design::resolved::solids::CheckedSolid;
 use design::schema::solids::Per;
@@ -275,7 +275,8 @@ fn builds(design: &Design) -> bool {
 /// The key and the position of the solid of the array without which the scene can be built: of one that
 /// is opaque the crossing names the package alone.
 fn hidden(design: &Design) -> Option<(String, String)> {
-    let mut of_array = design.solids.iter().filter(|solid| solid.per() == Per::Array);
+    let opaque = design.solids.iter().filter(|solid| solid.medium.is_none());
+    let mut of_array = opaque.filter(|solid| solid.per() == Per::Array);
     let is_cause = |solid: &&CheckedSolid| {
         let mut without = design.clone();
         without.solids.retain(|other| other.name() != solid.name());
@@ -284,22 +285,42 @@ fn hidden(design: &Design) -> Option<(String, String)> {
     of_array.find(is_cause).map(CheckedSolid::place)
 }
 
-/// The error of packages that fit where they have the stated size, where they are not turned, or where
-/// they neither are turned nor stand off their places.
+/// The error of packages that fit without one of the lists by which each is scaled, turned and moved, or
+/// without all of them.
 fn moved(design: &Design, error: &Error) -> Option<ConfigError> {
-    let mut still = design.clone();
-    still.array.scales.clear();
-    let (key, got) = if design.array.has_own_scales() && builds(&still) {
-        ("array.scales", "packages of other sizes")
-    } else {
-        still.array.turns_deg.clear();
-        if design.array.has_own_turns() && builds(&still) {
-            ("array.turns_deg", "turned packages")
-        } else {
-            still.array.offsets_mm.clear();
-            (design.array.is_offset() && builds(&still)).then_some(())?;
-            ("array.offsets_mm", "packages off their places")
+    let (Error::Overlap { .. }
+    | Error::IntoWall { .. }
+    | Error::Crossing { .. }
+    | Error::Straddles { .. }) = error
+    else {
+        return None;
+    };
+    let array = &design.array;
+    let lists: [(bool, (&str, &str), fn(&mut Array)); 3] = [
+        (array.has_own_scales(), ("array.scales", "packages of other sizes"), |array| {
+            array.scales.clear();
+        }),
+        (array.has_own_turns(), ("array.turns_deg", "turned packages"), |array| {
+            array.turns_deg.clear();
+        }),
+        (array.is_offset(), ("array.offsets_mm", "packages off their places"), |array| {
+            array.offsets_mm.clear();
+        }),
+    ];
+    let stated: Vec<_> = lists.into_iter().filter(|(is_stated, ..)| *is_stated).collect();
+    let builds_without = |lists: &[(bool, (&str, &str), fn(&mut Array))]| {
+        let mut still = design.clone();
+        lists.iter().for_each(|(_, _, clear)| clear(&mut still.array));
+        !lists.is_empty() && builds(&still)
+    };
+    let (key, got) = match stated.chunks(1).find(|one| builds_without(one)) {
+        Some([(_, (key, got), _)]) => ((*key).to_owned(), (*got).to_owned()),
+        _ if stated.len() > 1 && builds_without(&stated) => {
+            let words = stated.iter().map(|(_, words, _)| *words);
+            let (keys, found): (Vec<_>, Vec<_>) = words.unzip();
+            (keys.join(" and "), found.join(" and "))
         }
+        _ => return None,
     };
     let expected = format!("packages that clear each other, walls and solids: {error}");
     Some(refused(design, key, got, expected))

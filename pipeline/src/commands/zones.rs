@@ -69,11 +69,6 @@ pub fn of_design(
     if let Some(paths) = arguments.paths {
         design.trace.paths = paths;
     }
-    // As of packages that are turned or off their places.
-    ensure!(
-        arguments.packages.is_none() || !design.array.is_scaled(),
-        "--packages: expected none where packages have other sizes (array.scales or the file of positions), which do not repeat"
-    );
     let one = arguments.model.one();
     let model = one.context("--model: expected one model, got all")?.available(&design)?;
     let request = Request {

@@ -56,8 +56,11 @@ impl Places {
             "--packages: expected none with [[prints]]: ink of the design does not repeat from package to package"
         );
         ensure!(
-            whole.is_none() || !design.array.is_turned() && !design.array.is_offset(),
-            "--packages: expected none where packages are turned or off their places, which do not repeat"
+            whole.is_none()
+                || !(design.array.is_turned()
+                    || design.array.is_scaled()
+                    || design.array.is_offset()),
+            "--packages: expected none where packages are turned, of other sizes or off their places, which do not repeat"
         );
         let axes = design.array.places_mm();
         let Some([[left, across], [low, along]]) = layout(design).lattice() else {
@@ -300,6 +303,23 @@ mod tests {
         for (traced, whole) in [(4, [9, 9]), (5, [9, 4]), (9, [5, 9])] {
             let error = Places::new(&square(traced), Some(whole)).expect_err("refused");
             assert!(error.to_string().starts_with("--packages: expected"), "{error}");
+        }
+    }
+
+    #[test]
+    fn packages_that_differ_stand_for_no_others() {
+        let set: [fn(&mut Design); 4] = [
+            |design| design.array.turns_deg = vec![1.0; 25],
+            |design| design.array.scales = [vec![1.0; 24], vec![1.1]].concat(),
+            |design| design.array.stated_scales = vec![0.5; 25],
+            |design| design.array.offsets_mm = vec![[0.1, 0.0]; 25],
+        ];
+        for set in set {
+            let mut design = square(5);
+            set(&mut design);
+            let error = Places::new(&design, Some([9, 9])).expect_err("refused").to_string();
+            assert!(error.contains("turned, of other sizes or off their places"), "{error}");
+            assert!(Places::new(&design, None).is_ok());
         }
     }
 

@@ -28,6 +28,7 @@ mod topology;
 
 use std::collections::HashMap;
 use std::fmt;
+use std::sync::Arc;
 
 use bsdf::Side;
 use glam::{DVec3, Vec3, Vec3A};
@@ -66,27 +67,27 @@ struct Triangle {
     normal: DVec3,
 }
 
-/// A closed surface of triangles, n outward.
+/// A closed surface of triangles, n outward. Copies of another size share all but the vertices.
 #[derive(Clone)]
 pub struct Mesh {
     /// In the order in which the triangles first name them, so that what is near lies near in
     /// memory.
     vertices: Vec<DVec3>,
     /// Triangles in the order of the hierarchy's leaves; a long one stands in several.
-    triangles: Vec<[u32; 3]>,
+    triangles: Arc<[[u32; 3]]>,
     count: usize,
     /// Number of each triangle in the order given, and its patch.
-    numbers: Vec<u32>,
-    patch_of: Vec<u32>,
+    numbers: Arc<[u32]>,
+    patch_of: Arc<[u32]>,
     patches: usize,
-    hierarchy: CwBvh,
+    hierarchy: Arc<CwBvh>,
     /// Factor on lengths for the hierarchy, so that the mesh has about the size of 1
     /// there.
     scale: f64,
     bounds: Bounds,
     convex: bool,
     /// Normals at the corners of each triangle, where faces are smooth.
-    corner_normals: Option<Vec<[Vec3; 3]>>,
+    corner_normals: Option<Arc<[[Vec3; 3]]>>,
 }
 
 impl fmt::Debug for Mesh {
@@ -122,18 +123,18 @@ impl Mesh {
         let (boxes, owners) = split::boxes(vertices, triangles, scale, pad);
         let hierarchy =
             build_cwbvh(&boxes, BvhBuildParams::slow_build(), &mut std::time::Duration::default());
-        let numbers: Vec<u32> =
+        let numbers: Arc<[u32]> =
             hierarchy.primitive_indices.iter().map(|patch| owners[*patch as usize]).collect();
         let count = triangles.len();
         let (vertices, triangles) = in_order(vertices, triangles, &numbers);
         let mesh = Self {
             vertices,
-            triangles,
+            triangles: triangles.into(),
             count,
             patch_of: numbers.iter().map(|number| patch_of[*number as usize]).collect(),
             patches: patch_of.iter().max().map_or(0, |max| *max as usize + 1),
             numbers,
-            hierarchy,
+            hierarchy: Arc::new(hierarchy),
             scale,
             bounds,
             convex,
@@ -170,6 +171,18 @@ impl Mesh {
         Self::new(&vertices, &joined, patch_of)
     }
 
+    /// The same with all coordinates times `factor`.
+    pub(super) fn scaled(&self, factor: f64) -> Self {
+        let Bounds { low, high } = self.bounds;
+        Self {
+            vertices: self.vertices.iter().map(|vertex| factor * *vertex).collect(),
+            // The hierarchy stays, whose boxes are padded by far more than this rounds.
+            scale: self.scale / factor,
+            bounds: Bounds { low: factor * low, high: factor * high },
+            ..self.clone()
+        }
+    }
+
     /// Number of triangles.
     pub fn triangles(&self) -> usize {
         self.count
@@ -178,7 +191,7 @@ impl Mesh {
     /// Vertices in mm, and the triangles in the order given.
     pub fn solid(&self) -> (&[DVec3], Vec<[u32; 3]>) {
         let mut given = vec![[0; 3]; self.count];
-        for (number, triangle) in self.numbers.iter().zip(&self.triangles) {
+        for (number, triangle) in self.numbers.iter().zip(&*self.triangles) {
             given[*number as usize] = *triangle;
         }
         (&self.vertices, given)

@@ -263,7 +263,7 @@ impl Shape {
     /// This shape with all of its coordinates times `factor`, which is above 0.
     ///
     /// # Errors
-    /// A mesh that reaches to infinity.
+    /// Coordinates too large for a number.
     pub fn scaled(&self, factor: f64) -> Result<Self, Error> {
         Ok(match self {
             Self::Plane(plane) => Self::Plane(plane.scaled(factor)),
@@ -272,11 +272,7 @@ impl Shape {
             Self::Cuboid(cuboid) => Self::Cuboid(cuboid.scaled(factor)?),
             Self::Torus(torus) => Self::Torus(Arc::new(torus.scaled(factor)?)),
             Self::Revolution(revolution) => Self::Revolution(Arc::new(revolution.scaled(factor)?)),
-            Self::Mesh(_) => {
-                let there = Placement::at(DVec3::ZERO);
-                let placed = Placed::new(vec![self.clone()], Closing::Closed, &there)?;
-                Self::Placed(Arc::new(placed.scaled(factor)?))
-            }
+            Self::Mesh(mesh) => Self::mesh(mesh.scaled(factor)),
             Self::Placed(placed) => Self::Placed(Arc::new(placed.scaled(factor)?)),
         })
     }

@@ -265,8 +265,8 @@ pub struct Array {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub turns_deg: Vec<f64>,
     /// Size of each package, in the same order, times that of the file: all of its lengths about the
-    /// foot of its axis times 0.5 to 2, its power as before. For deviations: walls by `distance_mm` do
-    /// not follow them.
+    /// foot of its axis times 0.5 to 2, both together 0.25 to 4, its power as before. For deviations:
+    /// walls by `distance_mm` do not follow them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub scales: Vec<f64>,
     /// False: each package is traced without the others, on the mirror of the whole array, and the

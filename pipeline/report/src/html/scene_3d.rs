@@ -69,7 +69,8 @@ pub fn scene(
     };
     // Of domes without rings; those of others are drawn by their rings.
     let is_boxed = drawing.rings.is_empty();
-    let neighbours: Vec<[f64; 3]> = drawing.neighbours(radius + reach).map(sized).collect();
+    let within = radius + drawing.largest_radius_mm();
+    let neighbours: Vec<[f64; 3]> = drawing.neighbours(within).map(sized).collect();
     let others = neighbours.iter().copied().filter(|_| is_boxed).map(boxed);
     let number = |place: Option<usize>| place.map_or(-1, |place| place as i64);
     json!({

@@ -39,12 +39,11 @@ pub fn check_gaps(design: &Design, package: &Prototype, bottom: &Bottom) -> Resu
         let regions = solids::regions(&design.solids, per, design.dome.is_some());
         let (objects, nest) = nested(design, &own, &regions, &body)?;
         let joined = Displacement::new(&placing, &own, &objects, &nest)?;
-        for gap in narrow_gaps(&own, &objects, &nest, &joined, &body, LEAST_MM) {
+        let least = least_scale(design, per);
+        for gap in narrow_gaps(&own, &objects, &nest, &joined, &body, LEAST_MM / least) {
             let [first, second] = &gap.names;
             if let Some(solid) = own.iter().find(|solid| solid.name() == second) {
-                let [least, _] = design.array.scale_range();
-                let scale = if per == Per::Package { least } else { 1.0 };
-                refuse(design, solid, &format!("{first:?}"), Some(scale * gap.width_mm))?;
+                refuse(design, solid, &format!("{first:?}"), Some(least * gap.width_mm))?;
             }
         }
     }
@@ -57,7 +56,16 @@ pub fn check_gaps(design: &Design, package: &Prototype, bottom: &Bottom) -> Resu
     Ok(())
 }
 
-/// Refuses a solid at `width_mm` from something, if that is neither touching nor a gap.
+/// The least size of solids over the stated one: gaps in small packages are thinner than stated.
+fn least_scale(design: &Design, per: Per) -> f64 {
+    match per {
+        Per::Package => design.array.scale_range()[0],
+        Per::Array => 1.0,
+    }
+}
+
+/// Refuses a solid at `width_mm` from something, if that is neither touching nor a gap; lengths as in
+/// the smallest package.
 fn refuse(
     design: &Design,
     solid: &CheckedSolid,
@@ -65,6 +73,7 @@ fn refuse(
     width_mm: Option<f64>,
 ) -> Result<(), ConfigError> {
     let size = solid.form.shape(0.0).map_or(0.0, |shape| shape.bounds().farthest());
+    let size = least_scale(design, solid.per()) * size;
     let Some(width) = width_mm.filter(|width| (ROUNDING * size..LEAST_MM).contains(width)) else {
         return Ok(());
     };
@@ -85,7 +94,8 @@ fn beside_housing(design: &Design, solid: &CheckedSolid, shape: &Shape) -> Resul
     if solid.medium.is_none() {
         return Ok(());
     }
-    refuse(design, solid, "the bottom", Some(shape.bounds().low.z))?;
+    let above_mm = least_scale(design, solid.per()) * shape.bounds().low.z;
+    refuse(design, solid, "the bottom", Some(above_mm))?;
     let half = design.housing_half_mm().filter(|_| solid.form.upright_box().is_some());
     let axes = match solid.per() {
         Per::Array => vec![[0.0; 2]],
@@ -121,9 +131,10 @@ fn beside_sheets(design: &Design, solid: &CheckedSolid, shape: &Shape) -> Result
     let is_sheet = |other: &&CheckedSolid| {
         other.stated.kind.is_sheet() && other.per() == solid.per() && solid.medium.is_some()
     };
+    let least = least_scale(design, solid.per());
     for sheet in design.solids.iter().filter(is_sheet) {
-        let width = gap(&sheet.form.shape(0.0)?, shape, LEAST_MM);
-        refuse(design, sheet, &format!("{:?}", solid.name()), width)?;
+        let width = gap(&sheet.form.shape(0.0)?, shape, LEAST_MM / least);
+        refuse(design, sheet, &format!("{:?}", solid.name()), width.map(|width| least * width))?;
     }
     Ok(())
 }
@@ -156,7 +167,9 @@ fn beside_package(
         }
     }
     let Bounds { low, high } = shape.bounds();
-    let near = shape.bounds().padded(LEAST_MM);
+    let least = least_scale(design, solid.per());
+    let reach_mm = LEAST_MM / least;
+    let near = shape.bounds().padded(reach_mm);
     let is_upright = solid.form.upright_box().is_some();
     for (name, body) in &bodies {
         // An upright box is the same to all that its outline holds: one of them tells.
@@ -169,7 +182,7 @@ fn beside_package(
             let posed = is_posed.then(|| body.turned(&rotation)?.scaled(scale)).transpose()?;
             let body = posed.as_ref().unwrap_or(body);
             let bounds = body.bounds().moved(at);
-            let wide = bounds.padded(LEAST_MM);
+            let wide = bounds.padded(reach_mm);
             let is_held = (0..2).all(|k| low[k] <= wide.low[k] && wide.high[k] <= high[k]);
             let is_like_others = is_upright && is_held;
             if !near.overlaps(&bounds) || is_like_others && is_told {
@@ -177,7 +190,8 @@ fn beside_package(
             }
             is_told |= is_like_others;
             let body = if is_array { moved(body, at)? } else { body.clone() };
-            refuse(design, solid, &format!("{name:?}"), beside(&body, shape, LEAST_MM))?;
+            let width = beside(&body, shape, reach_mm).map(|width| least * width);
+            refuse(design, solid, &format!("{name:?}"), width)?;
         }
     }
     Ok(())

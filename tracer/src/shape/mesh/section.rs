@@ -22,7 +22,7 @@ impl Mesh {
         let mut beside: HashMap<Edge, [Option<Edge>; 2]> = HashMap::new();
         let mut order = Vec::new();
         let mut seen = HashSet::new();
-        for (triangle, number) in self.triangles.iter().zip(&self.numbers) {
+        for (triangle, number) in self.triangles.iter().zip(&*self.numbers) {
             let [a, b, c] = *triangle;
             let cut = [(a, b), (b, c), (c, a)]
                 .into_iter()
