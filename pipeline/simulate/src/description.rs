@@ -87,13 +87,7 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
     if let Some(flux) = design.emitted {
         line("emits", emitted(&flux));
     }
-    if !design.sources.is_empty() {
-        let names = design.sources.iter().map(|s| s.name().to_owned());
-        line("sources", names.collect::<Vec<_>>().join(", "));
-        for emits in lights(design) {
-            line("light", emits);
-        }
-    }
+    sources(design).into_iter().for_each(|(key, words)| line(key, words));
     for solid in &design.solids {
         line(if solid.is_film() { "film" } else { "solid" }, self::solid(solid));
     }
@@ -261,6 +255,24 @@ fn moved(led: &Led) -> String {
         words.push(format!(", and its own {name} in each package"));
     }
     words.concat()
+}
+
+/// Sources, their lights and channels, and the panel.
+fn sources(design: &Design) -> Vec<(&'static str, String)> {
+    let mut lines = Vec::new();
+    if !design.sources.is_empty() {
+        let names = design.sources.iter().map(|s| s.name().to_owned());
+        lines.push(("sources", names.collect::<Vec<_>>().join(", ")));
+        lines.extend(lights(design).into_iter().map(|light| ("light", light)));
+    }
+    if design.channels().len() > 1 {
+        lines.push(("channels", design.channels().join(", ")));
+    }
+    if let Some(panel) = &design.panel {
+        let filters = count(panel.sub_pixels.len(), "sub-pixel");
+        lines.push(("panel", format!("contrast {}, {filters}", shortest(panel.contrast))));
+    }
+    lines
 }
 
 /// A line for each light, where sources have spectra of their own.
