@@ -7,7 +7,7 @@
 //! alike, of any finite numbers, and as `.npy` too. Colour images are the same with red, green and
 //! blue of a PNG.
 
-use std::io::Cursor;
+use std::io::{Cursor, Read};
 use std::ops::RangeInclusive;
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use anyhow::{Context, Result, bail, ensure};
 use png::{BitDepth, ColorType, Decoder, Limits};
 
 use arrays::npy;
-use runtime::bounded_text::{MAX_ROWS, bounded_bytes};
+use runtime::bounded_text::{MAX_ROWS, bounded_bytes, open};
 use runtime::content_hash::sha256_hex;
 use runtime::provenance::FileRecord;
 
@@ -28,6 +28,8 @@ const FINITE: Numbers = (f64::MIN..=f64::MAX, "a finite number");
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// First bytes of a `.npy`.
 const NPY: &[u8] = b"\x93NUMPY";
+/// Largest PNG, bytes: one of [`MAX_LEVELS`] in 16 bits of red, green and blue that nothing shortens.
+const MAX_PNG: u64 = 110_000_000;
 /// Largest number of levels.
 const MAX_LEVELS: usize = 16_000_000;
 
@@ -50,7 +52,7 @@ impl LevelImage {
     pub fn read(path: &Path) -> Result<(Self, FileRecord)> {
         let name = path.display().to_string();
         let read = || -> Result<(Self, FileRecord)> {
-            let bytes = bounded_bytes(path, MAX_ROWS)?;
+            let bytes = image_bytes(path)?;
             let is_png = bytes.starts_with(PNG);
             let image = if is_png { from_png(&bytes) } else { from_text(&bytes, &LEVELS) };
             Ok((image?, FileRecord::new(name.clone(), &bytes)))
@@ -64,7 +66,7 @@ impl LevelImage {
     /// As [`LevelImage::read`].
     pub fn read_heights(path: &Path) -> Result<(Self, String)> {
         let read = || -> Result<(Self, String)> {
-            let bytes = bounded_bytes(path, MAX_ROWS)?;
+            let bytes = image_bytes(path)?;
             let image = match &bytes {
                 png if png.starts_with(PNG) => from_png(png),
                 array if array.starts_with(NPY) => from_npy(array),
@@ -114,7 +116,7 @@ impl ColourImage {
     pub fn read(path: &Path) -> Result<(Self, FileRecord)> {
         let name = path.display().to_string();
         let read = || -> Result<(Self, FileRecord)> {
-            let bytes = bounded_bytes(path, MAX_ROWS)?;
+            let bytes = image_bytes(path)?;
             let image = if bytes.starts_with(PNG) {
                 Png::decode(&bytes, true)?.colours()?
             } else {
@@ -137,6 +139,13 @@ impl ColourImage {
         let levels = self.levels.iter().map(|levels| f64::from(levels[colour]) / 65_535.0);
         LevelImage { columns: self.columns, rows: self.rows, levels: levels.collect() }
     }
+}
+
+/// The bytes of a PNG, or those of another file of rows of numbers.
+fn image_bytes(path: &Path) -> Result<Vec<u8>> {
+    let mut start = [0; PNG.len()];
+    let is_png = open(path)?.read_exact(&mut start).is_ok() && start == PNG;
+    bounded_bytes(path, if is_png { MAX_PNG } else { MAX_ROWS })
 }
 
 fn from_npy(bytes: &[u8]) -> Result<LevelImage> {
@@ -308,6 +317,37 @@ mod tests {
         let wide = [0, 0, 0x99, 0x99, 0xff, 0xff, 0x33, 0x33];
         let sixteen = png(ColorType::Grayscale, BitDepth::Sixteen, &wide);
         assert_eq!(from_png(&sixteen).expect("16 bits"), expected);
+    }
+
+    /// Noise of 16 bits takes more than any text may, and comes back as it is.
+    #[test]
+    fn large_pictures_are_read() {
+        let (columns, rows) = (2000u32, 1500u32);
+        let mut state = 1u64;
+        let noise = (0..columns * rows * 6).map(|_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 56) as u8
+        });
+        let noise: Vec<u8> = noise.collect();
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, columns, rows);
+        encoder.set_color(ColorType::Rgb);
+        encoder.set_depth(BitDepth::Sixteen);
+        encoder.set_compression(png::Compression::Fast);
+        let mut writer = encoder.write_header().expect("a header");
+        writer.write_image_data(&noise).expect("pixels");
+        writer.finish().expect("written");
+        assert!(bytes.len() as u64 > MAX_ROWS);
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("noise.png");
+        std::fs::write(&path, &bytes).expect("written");
+        let (image, _) = ColourImage::read(&path).expect("a picture");
+        let top = (rows as usize - 1) * columns as usize;
+        assert_eq!(image.levels[top][0], u16::from_be_bytes([noise[0], noise[1]]));
+        // Control: a text of this size is refused.
+        std::fs::write(&path, vec![b' '; bytes.len()]).expect("written");
+        let error = format!("{:#}", ColourImage::read(&path).expect_err("too large"));
+        assert!(error.contains("expected at most 16 MB"), "{error}");
     }
 
     #[test]

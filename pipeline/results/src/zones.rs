@@ -87,8 +87,8 @@ pub struct ZonesFile {
     /// `chi_square`, and the `largest` difference in standard errors.
     pub direct: Option<Direct>,
     /// Of designs with channels or a panel of sub-pixels: levels of the `channels` at full drive,
-    /// `white` of the panel there, `gamut` of its primaries, and of the pattern `power`, light that is
-    /// `missing` and `leaking`, and `halo_itp`.
+    /// `white` of the panel there, `gamut` of its primaries, and of the pattern `power_share` and `power_w`,
+    /// light that is `missing` and `leaking`, `halo_itp` and `halo_uv`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colour: Option<ColourEntry>,
 }
@@ -238,11 +238,9 @@ pub struct ColourEntry {
     pub channels: Vec<ChannelEntry>,
     /// All of them at these levels, behind the open panel.
     pub white: ColourOfLight,
-    /// Largest Δu'v' of it between zones, or between cells of a twelfth of the panel's sides where zones
-    /// are smaller; null of a dark one.
+    /// Largest Δu'v' of it between cells of a twelfth of the panel's sides, or bins that are larger;
+    /// null of a dark one.
     pub white_difference: Option<FigureEntry>,
-    /// Largest Δu'v' from it of greys of 0.001 to 0.5 of its light at full drive; null without sub-pixels.
-    pub grey_shift: Option<FigureEntry>,
     /// Primaries and transfer of the picture: `BT.709, sRGB`; null of a panel without sub-pixels.
     pub picture: Option<String>,
     /// Luminance of the white of `panel_picture.png`, its largest level.
@@ -254,13 +252,14 @@ pub struct ColourEntry {
     pub levels: Option<LevelsEntry>,
     /// Power of the pattern over that at full drive of all channels at their levels.
     pub power_share: f64,
-    /// The same in W, where `led.power_electrical_w` states that of a package with all channels at
+    /// The same in W, where `led.electrical_w` states that of a package with all channels at
     /// full drive, shared among them by the light that they emit.
     pub power_w: Option<f64>,
-    /// Luminance that the picture asks for and the panel does not show, over all that it asks for.
-    pub missing: FigureEntry,
+    /// Luminance that the picture asks for and the panel does not show, over all that it asks for;
+    /// null where it asks for none.
+    pub missing: Option<FigureEntry>,
     /// Luminance that the panel shows beyond what is asked for, likewise.
-    pub leaking: FigureEntry,
+    pub leaking: Option<FigureEntry>,
     /// Largest ΔE_ITP (ITU-R BT.2124) from black of the mean black of a zone beside bright; null
     /// without any, and in units that are not absolute.
     pub halo_itp: Option<FigureEntry>,
@@ -282,10 +281,10 @@ pub struct ChannelEntry {
 /// A colour and its luminance.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 pub struct ColourOfLight {
-    /// x and y (CIE 1931).
-    pub xy: [FigureEntry; 2],
-    /// u' and v' (CIE 1976).
-    pub uv: [FigureEntry; 2],
+    /// x and y (CIE 1931); null of light that no eye sees.
+    pub xy: Option<[FigureEntry; 2]>,
+    /// u' and v' (CIE 1976); null likewise.
+    pub uv: Option<[FigureEntry; 2]>,
     /// Correlated colour temperature, K; null where it names no colour.
     pub cct: Option<FigureEntry>,
     /// Distance from the Planckian locus.
@@ -318,17 +317,23 @@ pub struct LevelsEntry {
     pub power_limit: f64,
 }
 
+impl ColourOfLight {
+    fn xy_text(&self) -> String {
+        let words = |v: &FigureEntry| shown::text(v, Unit::Relative);
+        let both = |[x, y]: &[FigureEntry; 2]| format!("x {}, y {}", words(x), words(y));
+        self.xy.as_ref().map_or_else(|| "dark".to_owned(), both)
+    }
+}
+
 impl ColourEntry {
     /// Names and values for people.
     fn lines(&self, unit: Unit, line: &mut impl FnMut(String, String)) {
         for channel in &self.channels {
-            let [x, y] = channel.light.xy.each_ref().map(|v| shown::text(v, Unit::Relative));
             let luminance = shown::text(&channel.light.luminance, unit);
-            let words = format!("level {:.4}, x {x}, y {y}, {luminance}", channel.level);
+            let words = format!("level {:.4}, {}, {luminance}", channel.level, channel.light.xy_text());
             line(format!("channel {}", channel.name), words);
         }
-        let [x, y] = self.white.xy.each_ref().map(|v| shown::text(v, Unit::Relative));
-        line("white behind the panel".to_owned(), format!("x {x}, y {y}"));
+        line("white behind the panel".to_owned(), self.white.xy_text());
         if let (Some(cct), Some(duv)) = (&self.white.cct, &self.white.duv) {
             let [cct, duv] =
                 [(cct, Unit::Kelvin), (duv, Unit::Relative)].map(|(v, u)| shown::text(v, u));
@@ -338,7 +343,6 @@ impl ColourEntry {
         line("its luminance".to_owned(), luminance);
         for (name, entry) in [
             ("white over the panel, Δu'v'", &self.white_difference),
-            ("greys against white, Δu'v'", &self.grey_shift),
             ("halo against white, Δu'v'", &self.halo_uv),
         ] {
             if let Some(entry) = entry {
@@ -355,7 +359,9 @@ impl ColourEntry {
             format!("{:.2} % of full white{watts}", 100.0 * self.power_share),
         );
         for (name, entry) in [("missing light", &self.missing), ("leaking light", &self.leaking)] {
-            line(name.to_owned(), shown::text(entry, Unit::Fraction));
+            if let Some(entry) = entry {
+                line(name.to_owned(), shown::text(entry, Unit::Fraction));
+            }
         }
         if let Some(halo) = &self.halo_itp {
             line("halo, largest difference (ITP)".to_owned(), shown::text(halo, Unit::Relative));
