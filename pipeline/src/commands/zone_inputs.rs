@@ -367,6 +367,12 @@ pub fn colour_space(
     file: &str,
     (gamut, transfer): (Option<PictureGamut>, Option<Transfer>),
 ) -> Result<(Primaries, Transfer)> {
+    if let Some(unread) = image.unread {
+        ensure!(
+            gamut.is_some() && transfer.is_some(),
+            "`{file}`: colour space: expected sRGB, or cICP of full range, got {unread}; --gamut and --transfer state it"
+        );
+    }
     let usual = if image.is_grey { Transfer::Linear } else { Transfer::Srgb };
     let said = image.code_points;
     let of_file = |of: Option<Option<u8>>, expected: &str| {

@@ -141,6 +141,12 @@ impl<'a> MapReceiver<'a> {
         })
     }
 
+    /// True of a luminance receiver.
+    pub fn is_luminance(&self) -> bool {
+        let of = self.receiver.map(|(_, receiver)| &receiver.detector.measurement);
+        of.is_some_and(|of| matches!(of, Measurement::Luminance(..)))
+    }
+
     /// Name for people.
     pub fn name(&self) -> &str {
         self.receiver.map_or("plane", |(_, receiver)| receiver.name())
