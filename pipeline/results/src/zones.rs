@@ -238,6 +238,9 @@ pub struct ColourEntry {
     pub channels: Vec<ChannelEntry>,
     /// All of them at these levels, behind the open panel.
     pub white: ColourOfLight,
+    /// x and y of `--white`; null where all channels are at 1, so that the powers of the sources make
+    /// the white.
+    pub stated_white: Option<[f64; 2]>,
     /// Largest Δu'v' of it between cells of a twelfth of the panel's sides, or bins that are larger;
     /// null of a dark one.
     pub white_difference: Option<FigureEntry>,
@@ -255,6 +258,9 @@ pub struct ColourEntry {
     /// The same in W, where `led.electrical_w` states that of a package with all channels at
     /// full drive, shared among them by the light that they emit.
     pub power_w: Option<f64>,
+    /// With `--test-patterns`, a window of 10 % of the area, a single zone, a checkerboard of zones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub test_patterns: Option<TestPatterns>,
     /// Luminance that the picture asks for and the panel does not show, over all that it asks for;
     /// null where it asks for none.
     pub missing: Option<FigureEntry>,
@@ -263,8 +269,33 @@ pub struct ColourEntry {
     /// Largest ΔE_ITP (ITU-R BT.2124) from black of the mean black of a zone beside bright; null
     /// without any, and in units that are not absolute.
     pub halo_itp: Option<FigureEntry>,
+    /// ΔE_ITP from black of the panel's own black at full drive, below which a halo shows little; null
+    /// without sub-pixels, and in units that are not absolute.
+    pub black_itp: Option<FigureEntry>,
     /// Largest Δu'v' of the same from white; null without any, and without sub-pixels.
     pub halo_uv: Option<FigureEntry>,
+}
+
+/// Pictures of white and black, whose zones are at 1 where they hold any white and at 0 elsewhere.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct TestPatterns {
+    /// A white window of 10 % of the area, in the middle and of its shape.
+    pub window: LitPattern,
+    /// The white zone nearest to the middle.
+    pub zone: LitPattern,
+    /// Mean black over mean white of zones that are white and black by turns; null of a single zone.
+    pub checkerboard: Option<FigureEntry>,
+}
+
+/// White on black.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct LitPattern {
+    /// Mean of the bins that lie whole in the white; null of no such bin or no black beside it.
+    pub luminance: Option<FigureEntry>,
+    /// Power over that of full white.
+    pub power_share: f64,
+    /// The same in W, as of the pattern.
+    pub power_w: Option<f64>,
 }
 
 /// A channel.
@@ -333,7 +364,9 @@ impl ColourEntry {
             let words = format!("level {:.4}, {}, {luminance}", channel.level, channel.light.xy_text());
             line(format!("channel {}", channel.name), words);
         }
-        line("white behind the panel".to_owned(), self.white.xy_text());
+        let of_powers = ", of all channels at 1, by the powers of the sources";
+        let made = if self.stated_white.is_some() { "" } else { of_powers };
+        line("white behind the panel".to_owned(), format!("{}{made}", self.white.xy_text()));
         if let (Some(cct), Some(duv)) = (&self.white.cct, &self.white.duv) {
             let [cct, duv] =
                 [(cct, Unit::Kelvin), (duv, Unit::Relative)].map(|(v, u)| shown::text(v, u));
@@ -363,8 +396,26 @@ impl ColourEntry {
                 line(name.to_owned(), shown::text(entry, Unit::Fraction));
             }
         }
-        if let Some(halo) = &self.halo_itp {
-            line("halo, largest difference (ITP)".to_owned(), shown::text(halo, Unit::Relative));
+        for (name, entry) in [
+            ("halo, largest difference (ITP)", &self.halo_itp),
+            ("black at full drive (ITP)", &self.black_itp),
+        ] {
+            if let Some(entry) = entry {
+                line(name.to_owned(), shown::text(entry, Unit::Relative));
+            }
+        }
+        if let Some(TestPatterns { window, zone, checkerboard }) = &self.test_patterns {
+            for (name, lit) in [("window of 10 %", window), ("a single zone", zone)] {
+                let luminance = lit.luminance.as_ref();
+                let luminance = luminance.map_or_else(|| "no bin".to_owned(), |l| shown::text(l, unit));
+                let watts = lit.power_w.map_or_else(String::new, |w| format!(", {w:.4} W"));
+                let share = 100.0 * lit.power_share;
+                line(name.to_owned(), format!("{luminance}, {share:.2} % of full white{watts}"));
+            }
+            if let Some(contrast) = checkerboard {
+                let words = shown::text(contrast, Unit::Relative);
+                line("checkerboard, black over white".to_owned(), words);
+            }
         }
     }
 }

@@ -268,6 +268,13 @@ fn sources(design: &Design) -> Vec<(&'static str, String)> {
     if design.channels().len() > 1 {
         lines.push(("channels", design.channels().join(", ")));
     }
+    let has_colours = design.channels().len() > 1
+        || design.panel.as_ref().is_some_and(|panel| !panel.sub_pixels.is_empty());
+    let lights = design.colours().into_iter().flat_map(|lights| lights.lights);
+    if has_colours && lights.into_iter().any(|l| matches!(l.light.sampling(), Some(Sampling::Tolerance(_)))) {
+        let words = "three wavelengths of each light with a `tolerance`, whose error is not estimated";
+        lines.push(("zones", words.to_owned()));
+    }
     if let Some(panel) = &design.panel {
         let filters = count(panel.sub_pixels.len(), "sub-pixel");
         lines.push(("panel", format!("contrast {}, {filters}", shortest(panel.contrast))));

@@ -91,6 +91,9 @@ pub struct ZonesArgs {
     /// Its pigment: 0 black, 0.5 brown, 1.2 light blue
     #[arg(long, value_name = "P", requires = "distance", default_value_t = 0.5, value_parser = pigment)]
     pub pigment: f64,
+    /// Also show a white window of 10 % of the area, a single zone and a checkerboard of zones
+    #[arg(long)]
+    pub test_patterns: bool,
     /// How to compute the responses
     #[arg(long, value_enum, default_value = "geometric")]
     pub model: ModelChoice,

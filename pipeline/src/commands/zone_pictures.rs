@@ -13,11 +13,14 @@ use design::resolved::panel::CONTRAST;
 use experiment::checked_file::Texts;
 use formats::level_image::{ColourImage, LevelImage, png_of_rgb};
 use metrics::Estimate;
+use metrics::dimming::window;
 use metrics::gamut::{D65, Primaries};
 use metrics::quantity::Unit;
 use metrics::transfer::Transfer;
 use results::figure_entry::FigureEntry;
-use results::zones::{ChannelEntry, ColourEntry, ColourOfLight, GamutEntry, LevelsEntry};
+use results::zones::{
+    ChannelEntry, ColourEntry, ColourOfLight, GamutEntry, LevelsEntry, LitPattern, TestPatterns,
+};
 use runtime::atomic_file::write_bytes;
 use runtime::provenance::FileRecord;
 use runtime::run_context::RunContext;
@@ -51,6 +54,9 @@ pub const FILM_COLUMNS: [&str; 10] = [
     "missing",
     "leaking",
 ];
+
+/// Share of the area of the white window.
+const WINDOW: f64 = 0.1;
 
 /// A picture on the panel.
 #[derive(Clone)]
@@ -134,6 +140,10 @@ impl<'a> Pictures<'a> {
             arguments.distance.is_none() || zoned.receiver.is_luminance(),
             "--distance: expected a luminance --receiver, whose light an eye sees, got {:?}",
             zoned.receiver.name()
+        );
+        ensure!(
+            zoned.has_colours() || !arguments.test_patterns,
+            "--test-patterns: expected a design with several channels of [[sources]] or [panel] sub_pixels, got `{file}` without"
         );
         let files = arguments.picture.as_deref().map(pictures).transpose()?.unwrap_or_default();
         let has_picture = !files.is_empty() || drives.as_ref().is_some_and(|d| d.grey.is_some());
@@ -370,6 +380,63 @@ impl<'a> Pictures<'a> {
         std::iter::once(name.to_owned()).chain(numbers.map(text)).collect()
     }
 
+    /// A window, a single zone and a checkerboard of zones on the panel.
+    ///
+    /// # Errors
+    /// A cache that cannot be written.
+    pub fn test_patterns(
+        &self,
+        array: &Array,
+        both @ (full, levels): &(FullDrive, Vec<f64>),
+        cache: &Cache,
+        context: RunContext,
+    ) -> Result<TestPatterns> {
+        let [columns, rows] = self.zoned.zones;
+        let of_zones = |is_white: &dyn Fn(usize, usize) -> bool| {
+            let level = |k: usize| f64::from(is_white(k % columns, k / columns));
+            LevelImage { columns, rows, levels: (0..columns * rows).map(level).collect() }
+        };
+        let [across, along] = self.zoned.frame.bins;
+        let window = |columns, rows| {
+            let levels = window(columns, rows, WINDOW);
+            LevelImage { columns, rows, levels }
+        };
+        let lit = window(columns, rows);
+        let lit = of_zones(&|i, j| lit.levels[j * columns + i] > 0.0);
+        let zone = of_zones(&|i, j| [i, j] == [columns / 2, rows / 2]);
+        let board = of_zones(&|i, j| (i + j) % 2 == 0);
+        let shown = |picture: &LevelImage, lit: &LevelImage| -> Result<Dimmed> {
+            context.interrupt.check()?;
+            let drives = vec![lit.levels.clone(); levels.len()];
+            let light = full.greys(picture);
+            let on_panel = full.has_sub_pixels().then(|| full.show(&light, Transfer::Linear));
+            let pattern = Pattern {
+                full_light: &full.light(),
+                drives: &drives,
+                picture,
+                contrast: self.contrast,
+                colours: on_panel.flatten().as_ref(),
+                viewing: None,
+            };
+            self.zoned.dim(array, pattern, false, cache, context)
+        };
+        let powers = self.powers(Some(&both.1));
+        let of = |picture: &LevelImage, lit: &LevelImage| -> Result<LitPattern> {
+            let share = power_share(&vec![lit.levels.clone(); levels.len()], &powers);
+            let halo = shown(picture, lit)?.halo;
+            Ok(LitPattern {
+                luminance: halo.map(|[_, bright, _]| FigureEntry::new(bright)),
+                power_share: share,
+                power_w: self.power_w(share, levels),
+            })
+        };
+        Ok(TestPatterns {
+            window: of(&window(across, along), &lit)?,
+            zone: of(&zone, &zone)?,
+            checkerboard: shown(&board, &board)?.halo.map(|[.., ratio]| FigureEntry::new(ratio)),
+        })
+    }
+
     /// Arrays of X, Y and Z, and what the panel shows.
     pub fn write_colours(&self, frame: &Frame) -> Result<()> {
         let out = &self.arguments.out;
@@ -386,7 +453,7 @@ impl<'a> Pictures<'a> {
     pub fn colour_entry(
         &self,
         (full, levels): &(FullDrive, Vec<f64>),
-        frame: &Frame,
+        (frame, test_patterns): (&Frame, Option<TestPatterns>),
     ) -> ColourEntry {
         let entry = FigureEntry::new;
         let of_light = |of: ColourEstimate| {
@@ -431,6 +498,9 @@ impl<'a> Pictures<'a> {
             missing: figure(|colours| colours.missing),
             leaking: figure(|colours| colours.leaking),
             white_difference: full.white_difference().map(entry),
+            stated_white: self.arguments.white,
+            black_itp: full.black_itp().filter(|_| self.is_absolute()).map(entry),
+            test_patterns,
             halo_uv: colours.and_then(|c| c.halo_uv).map(entry),
             halo_itp: colours.and_then(|c| c.halo_itp).filter(|_| self.is_absolute()).map(entry),
         }

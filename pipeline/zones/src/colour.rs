@@ -16,7 +16,7 @@ use formats::level_image::{ColourImage, LevelImage};
 use metrics::colour_difference::{self, Coordinates, IN_ITP, IN_UV};
 use metrics::gamut::{self, Matrix, Primaries, STANDARDS, apply, inverse};
 use metrics::transfer::Transfer;
-use metrics::{Estimate, Grouped, JackknifedFigure, chromaticity};
+use metrics::{Estimate, Grouped, JackknifedFigure, chromaticity, itp};
 use runtime::run_context::RunContext;
 
 use super::levels::Needs;
@@ -408,6 +408,28 @@ impl FullDrive {
         let found = colour_difference::estimate(&grouped(self.readings().map(of).collect()))?;
         let moved = [2, 3].map(|k| self.moved(|white| coordinates(white)[k]));
         Some(biased(found, 2.0 * moved[0].hypot(moved[1])))
+    }
+
+    /// ΔE_ITP from black of the black at full drive; `None` without sub-pixels.
+    pub fn black_itp(&self) -> Option<Estimate> {
+        let panel = self.panel()?;
+        let dark = |reading: usize| {
+            let light: Vec<f64> = self.means.iter().map(|means| means[reading]).collect();
+            panel.before(&light).dark.map(|value| self.factor * value)
+        };
+        let points = self.readings().map(|reading| vec![dark(reading), [0.0; 3]]).collect();
+        let found = colour_difference::from_last(&grouped(points), IN_ITP)?;
+        let black = dark(self.means[0].len() - 1);
+        let more = black.map(|value| (1.0 + self.beyond) * value);
+        Some(biased(found, itp::difference(more, black)))
+    }
+
+    /// Grey levels as light on this panel, whose white is that of full drive.
+    pub fn greys(&self, image: &LevelImage) -> PictureLight {
+        let white = chromaticity::xyz_of_xy(self.white_xy());
+        let of = |level: &f64| white.map(|value| (level * value) as f32);
+        let xyz = image.levels.iter().map(of).collect();
+        PictureLight { columns: image.columns, rows: image.rows, xyz }
     }
 
     /// Mean of each part of the light over the panel.
