@@ -387,7 +387,7 @@ impl<'a> Pictures<'a> {
     pub fn test_patterns(
         &self,
         array: &Array,
-        both @ (full, levels): &(FullDrive, Vec<f64>),
+        (full, levels): &(FullDrive, Vec<f64>),
         cache: &Cache,
         context: RunContext,
     ) -> Result<TestPatterns> {
@@ -409,18 +409,18 @@ impl<'a> Pictures<'a> {
             context.interrupt.check()?;
             let drives = vec![lit.levels.clone(); levels.len()];
             let light = full.greys(picture);
-            let on_panel = full.has_sub_pixels().then(|| full.show(&light, Transfer::Linear));
+            let on_panel = full.show(&light, Transfer::Linear);
             let pattern = Pattern {
                 full_light: &full.light(),
                 drives: &drives,
                 picture,
                 contrast: self.contrast,
-                colours: on_panel.flatten().as_ref(),
+                colours: on_panel.as_ref(),
                 viewing: None,
             };
             self.zoned.dim(array, pattern, false, cache, context)
         };
-        let powers = self.powers(Some(&both.1));
+        let powers = self.powers(Some(levels));
         let of = |picture: &LevelImage, lit: &LevelImage| -> Result<LitPattern> {
             let share = power_share(&vec![lit.levels.clone(); levels.len()], &powers);
             let halo = shown(picture, lit)?.halo;
