@@ -532,7 +532,10 @@ fn commands() -> TempDir {
     write("rgb.toml", &coloured());
     write("full.csv", &"1,1,1\n".repeat(3));
     // Bins whose middles all lie beyond the panel.
-    let coarse = boxed(5).replace("size_mm = [30.0, 30.0]\nbins = [30, 30]", "size_mm = [100.0, 100.0]\nbins = [2, 2]");
+    let coarse = boxed(5).replace(
+        "size_mm = [30.0, 30.0]\nbins = [30, 30]",
+        "size_mm = [100.0, 100.0]\nbins = [2, 2]",
+    );
     write("coarse.toml", &coarse);
     std::fs::create_dir(at.join("laws")).expect("a folder");
     std::fs::write(at.join("laws/1.png"), png(png::ColorType::Grayscale, None)).expect("written");

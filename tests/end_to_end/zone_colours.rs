@@ -348,7 +348,8 @@ fn filters_of_the_panel_keep_the_responses() {
     let inner = format!("wavelength_nm = {nm:?}\ntransmittance = {share:?}\n");
     let text = coloured();
     assert!(text.contains(&inner));
-    std::fs::write(at.join("rgb.toml"), text.replace(&inner, "file = \"red.csv\"\n")).expect("written");
+    std::fs::write(at.join("rgb.toml"), text.replace(&inner, "file = \"red.csv\"\n"))
+        .expect("written");
     let mut seen = Vec::new();
     for share in [0.1, 0.2] {
         std::fs::write(at.join("red.csv"), rows(share)).expect("written");
@@ -368,7 +369,8 @@ fn test_patterns_have_their_powers_and_contrasts() {
     let folder = folder();
     let at = folder.path();
     let of = |contrast: f64| {
-        let line = format!("--pattern full.csv --white 6504K --test-patterns --contrast {contrast}");
+        let line =
+            format!("--pattern full.csv --white 6504K --test-patterns --contrast {contrast}");
         zones(at, &line, &format!("c{contrast}"))
     };
     let [poor, good] = [100.0, 10_000.0].map(of);
@@ -381,7 +383,8 @@ fn test_patterns_have_their_powers_and_contrasts() {
         let luminance = value(&patterns[name]["luminance"]);
         assert!(luminance > 0.2 * white && luminance < white, "{name}: {luminance} {white}");
     }
-    let [poor, good] = [&poor, &good].map(|of| value(&of["colour"]["test_patterns"]["checkerboard"]));
+    let [poor, good] =
+        [&poor, &good].map(|of| value(&of["colour"]["test_patterns"]["checkerboard"]));
     // Black lets through one hundredth of its own backlight, less than that of white zones.
     assert!(poor > 0.001 && poor < 0.01, "{poor}");
     assert!((good - 0.01 * poor).abs() < 0.05 * good, "{poor} {good}");
@@ -421,7 +424,8 @@ fn the_commands_of_the_guide_run_on_the_shipped_design() {
     assert_eq!(commands.len(), 4, "{commands:?}");
     std::fs::create_dir(at.join("frames")).expect("a folder");
     for name in ["film.png", "frames/1.png", "frames/2.png"] {
-        let pixels: Vec<u8> = (0..48 * 27).flat_map(|k| [0, 200 * u8::from(k % 97 == 5), 0]).collect();
+        let pixels: Vec<u8> =
+            (0..48 * 27).flat_map(|k| [0, 200 * u8::from(k % 97 == 5), 0]).collect();
         write_png(&at.join(name), 48, &pixels);
     }
     for command in commands {
@@ -430,7 +434,9 @@ fn the_commands_of_the_guide_run_on_the_shipped_design() {
         batwing(at).args(command.split_whitespace()).args(few).assert().success();
     }
     let found: Value = serde_json::from_str(&read(at.join("white/zones.json"))).expect("JSON");
-    for (axis, expected) in chromaticity::white_of(6504.0).expect("daylight").into_iter().enumerate() {
+    for (axis, expected) in
+        chromaticity::white_of(6504.0).expect("daylight").into_iter().enumerate()
+    {
         let got = value(&found["colour"]["white"]["xy"][axis]);
         assert!((got - expected).abs() < 1e-9, "{got} {expected}");
     }

@@ -17,7 +17,9 @@ pub fn is_srgb(profile: &[u8]) -> bool {
     let is_near = |a: f64, b: f64| (a - b).abs() <= SAME;
     let has_colorant = |(name, xyz): (&[u8; 4], [f64; 3])| {
         let tag = tag(profile, name).filter(|tag| tag.starts_with(b"XYZ "));
-        tag.is_some_and(|tag| (0..3).all(|k| fixed(tag, 8 + 4 * k).is_some_and(|v| is_near(v, xyz[k]))))
+        tag.is_some_and(|tag| {
+            (0..3).all(|k| fixed(tag, 8 + 4 * k).is_some_and(|v| is_near(v, xyz[k])))
+        })
     };
     let has_curve = |name: &[u8; 4]| {
         let Some(tag) = tag(profile, name) else { return false };
@@ -106,8 +108,11 @@ mod tests {
         let srgb = COLORANTS.map(|(_, xyz)| xyz);
         let fixed = |v: f64| ((v * 65_536.0).round() as i32).to_be_bytes();
         let para = [2.4, 1.0 / 1.055, 0.055 / 1.055, 1.0 / 12.92, 0.04045];
-        let para: Vec<u8> =
-            b"para\0\0\0\0\0\x03\0\0".iter().copied().chain(para.into_iter().flat_map(fixed)).collect();
+        let para: Vec<u8> = b"para\0\0\0\0\0\x03\0\0"
+            .iter()
+            .copied()
+            .chain(para.into_iter().flat_map(fixed))
+            .collect();
         assert!(is_srgb(&profile(srgb, &para)));
         // The colorants of Display P3, a gamma of 2.2, and light are others under the same name.
         let p3 = [[0.5151, 0.2412, -0.0011], [0.2920, 0.6922, 0.0419], [0.1571, 0.0666, 0.7841]];

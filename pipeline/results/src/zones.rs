@@ -361,7 +361,8 @@ impl ColourEntry {
     fn lines(&self, unit: Unit, line: &mut impl FnMut(String, String)) {
         for channel in &self.channels {
             let luminance = shown::text(&channel.light.luminance, unit);
-            let words = format!("level {:.4}, {}, {luminance}", channel.level, channel.light.xy_text());
+            let words =
+                format!("level {:.4}, {}, {luminance}", channel.level, channel.light.xy_text());
             line(format!("channel {}", channel.name), words);
         }
         let of_powers = ", of all channels at 1, by the powers of the sources";
@@ -407,7 +408,8 @@ impl ColourEntry {
         if let Some(TestPatterns { window, zone, checkerboard }) = &self.test_patterns {
             for (name, lit) in [("window of 10 %", window), ("a single zone", zone)] {
                 let luminance = lit.luminance.as_ref();
-                let luminance = luminance.map_or_else(|| "no bin".to_owned(), |l| shown::text(l, unit));
+                let luminance =
+                    luminance.map_or_else(|| "no bin".to_owned(), |l| shown::text(l, unit));
                 let watts = lit.power_w.map_or_else(String::new, |w| format!(", {w:.4} W"));
                 let share = 100.0 * lit.power_share;
                 line(name.to_owned(), format!("{luminance}, {share:.2} % of full white{watts}"));

@@ -272,9 +272,11 @@ fn sources(design: &Design) -> Vec<(&'static str, String)> {
     let has_colours = design.channels().len() > 1
         || design.panel.as_ref().is_some_and(|panel| !panel.sub_pixels.is_empty());
     let mut all = design.colours().into_iter().flat_map(|lights| lights.lights);
-    let by_tolerance = |light: Light| matches!(light.light.sampling(), Some(Sampling::Tolerance(_)));
+    let by_tolerance =
+        |light: Light| matches!(light.light.sampling(), Some(Sampling::Tolerance(_)));
     if has_colours && all.any(by_tolerance) {
-        let words = "three wavelengths of each light with a `tolerance`, whose error is not estimated";
+        let words =
+            "three wavelengths of each light with a `tolerance`, whose error is not estimated";
         lines.push(("zones", words.to_owned()));
     }
     if let Some(panel) = &design.panel {

@@ -564,8 +564,12 @@ impl FullDrive {
         let bias = [0, 1, 2, 3].map(moved);
         let of_temperature = [2, 3].map(|k| self.moved(|white| chromaticity::figures(white)[k]));
         ColourEstimate {
-            chromaticity: found.chromaticity.map(|all| [0, 1, 2, 3].map(|k| biased(all[k], bias[k]))),
-            temperature: found.temperature.map(|all| [0, 1].map(|k| biased(all[k], of_temperature[k]))),
+            chromaticity: found
+                .chromaticity
+                .map(|all| [0, 1, 2, 3].map(|k| biased(all[k], bias[k]))),
+            temperature: found
+                .temperature
+                .map(|all| [0, 1].map(|k| biased(all[k], of_temperature[k]))),
             luminance: biased(found.luminance, self.factor * self.moved(|white| white[1])),
         }
     }
@@ -650,4 +654,90 @@ pub fn painted(
             .collect::<Vec<u8>>()
     });
     rows.into_iter().rev().flatten().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Channels of lights at these wavelengths, alike all over the panel in three readings, of which
+    /// any place may lack a tenth.
+    fn full(beyond: f64) -> FullDrive {
+        let nm = [630.0, 530.0, 460.0];
+        let part = |channel: usize| {
+            let xyz = metrics::colour_matching::xyz(nm[channel]);
+            let dark = xyz.map(|value| 0.01 * value);
+            let behind = [0, 1, 2].map(|s| if s == channel { xyz } else { dark }).to_vec();
+            Part { channel, xyz, behind }
+        };
+        let means = vec![vec![1.0; 3]; 3];
+        FullDrive {
+            cells: vec![means.clone(); 2],
+            means,
+            parts: [0, 1, 2].map(part).to_vec(),
+            sub_pixels: Some([1e-3; 3]),
+            factor: 2.0,
+            beyond,
+        }
+    }
+
+    /// White, its largest difference, gamut and black against channels that are changed by hand.
+    #[test]
+    fn light_beyond_the_array_is_part_of_the_errors_of_white() {
+        let (exact, found) = (full(0.0), full(0.1));
+        let white = found.white_figures();
+        let luminance = 2.0 * exact.white()[2][1];
+        assert!((white.luminance.value - luminance).abs() < 1e-12 * luminance);
+        let bound = white.luminance.bias_bound.expect("a bound");
+        assert!((bound - 0.1 * luminance).abs() < 1e-9 * luminance, "{bound}");
+        assert_eq!(exact.white_figures().luminance.bias_bound, None);
+        let bounds = white.chromaticity.expect("lit").map(|of| of.bias_bound.expect("a bound"));
+        let start = coordinates(exact.white()[2]);
+        let mut worst = [0.0f64; 4];
+        for changed in 0..8 {
+            let mut sum = [0.0; 3];
+            for channel in 0..3 {
+                let factor = if changed >> channel & 1 == 1 { 1.1 } else { 1.0 };
+                add(&mut sum, exact.channel(channel, 2), factor);
+            }
+            let now = coordinates(sum);
+            (0..4).for_each(|k| worst[k] = worst[k].max((now[k] - start[k]).abs()));
+        }
+        assert!(
+            (0..4).all(|k| worst[k] > 0.0 && worst[k] <= 1.02 * bounds[k]),
+            "{worst:?} {bounds:?}"
+        );
+        let difference = found.white_difference().expect("lit");
+        assert!(difference.value.abs() < 1e-12);
+        assert!(difference.bias_bound.expect("a bound") >= 2.0 * worst[2].hypot(worst[3]) * 0.9);
+        assert!(found.gamut().iter().all(|of| of.shares[0][1].bias_bound.is_some()));
+        // One thousandth of white leaks: its own difference from no light.
+        let black = exact.black_itp().expect("sub-pixels");
+        let leak = exact.white()[2].map(|value| 2e-3 * value);
+        assert!((black.value - itp::difference(leak, [0.0; 3])).abs() < 1e-9 * black.value);
+    }
+
+    #[test]
+    fn dark_channels_and_whites_beyond_the_picture_are_named() {
+        let names = ["red", "green", "infrared"];
+        let mut dark = full(0.0);
+        dark.parts[2].behind = vec![[0.0; 3]; 3];
+        for error in [
+            dark.levels([0.3127, 0.3290], &names).expect_err("dark"),
+            dark.needs(&gamut::BT709, Transfer::Srgb, &names).expect_err("dark"),
+        ] {
+            let words = error.to_string();
+            assert!(
+                words.contains("expected visible light of each channel, got none of \"infrared\"")
+            );
+        }
+        assert!(dark.channel_figures(2).chromaticity.is_none());
+        assert!(full(0.0).channel_figures(2).chromaticity.is_some());
+        let image = ColourImage::grey(&LevelImage { columns: 1, rows: 1, levels: vec![1.0] });
+        let of = |white| PictureLight::new(&image, (&gamut::BT709, Transfer::Srgb), white);
+        let error = of([0.2, 0.33]).expect_err("beyond").to_string();
+        assert!(error.contains("got BT.709"), "{error}");
+        let light = of(gamut::D65).expect("within").xyz[0];
+        assert!((light[1] - 1.0).abs() < 1e-6 && light.iter().all(|value| *value > 0.0));
+    }
 }

@@ -411,8 +411,8 @@ impl<'a> Panel<'a> {
             });
         }
         if self.beyond.1 > 0.0 {
-            let ends = [1.0, -1.0]
-                .map(|more| self.outcome(at, &self.with_beyond(light, more), white));
+            let ends =
+                [1.0, -1.0].map(|more| self.outcome(at, &self.with_beyond(light, more), white));
             (0..3).for_each(|k| {
                 let far = ends.iter().map(|end| (end[k] - middle[k]).abs()).fold(0.0, f64::max);
                 bounds[k] += far + self.beyond.1 * middle[0];
@@ -661,4 +661,86 @@ pub(super) fn figure(mut sums: Readings, bins: f64, one_path: f64) -> Jackknifed
     let figure = JackknifedFigure::new(value, sums);
     let known = with_one_path(figure.estimate(), one_path / bins);
     JackknifedFigure { standard_error: known.standard_error, ..figure }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use formats::level_image::LevelImage;
+    use metrics::gamut::D65;
+    use metrics::{chromaticity, gamut};
+
+    use super::super::colour::PictureLight;
+    use super::super::panel_colour::SubPixels;
+
+    /// One bin before a light that passes red, green and blue sub-pixels, of whose luminance 1 they
+    /// pass 0.07: E[shown] of normal noise against the bound, which is in units behind the panel.
+    #[test]
+    fn the_bias_of_noise_behind_sub_pixels_is_within_its_bound() {
+        let columns = gamut::BT709.to_xyz(D65);
+        let behind = [0, 1, 2].map(|s| [0, 1, 2].map(|k| 0.07 * columns[k][s])).to_vec();
+        let parts =
+            [Part { channel: 0, xyz: chromaticity::xyz_of_xy(D65), behind: behind.clone() }];
+        let open = [[behind[0], behind[1], behind[2]]];
+        let white = chromaticity::xyz_of_xy(D65).map(|value| 0.07 * value);
+        let frame = Frame { bins: [1, 1], bin_mm: [1.0; 2], low_mm: [0.0; 2] };
+        // White, a saturated red, black.
+        for level in [[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0; 3]] {
+            let xyz = gamut::apply(&columns, level).map(|value| value as f32);
+            let picture = PictureLight { columns: 1, rows: 1, xyz: vec![xyz] };
+            let on_panel = PictureOnPanel {
+                picture: &picture,
+                sub_pixels: SubPixels::of_open(&open, [1e-3; 3]),
+                scale: vec![0.07],
+                white: vec![white],
+            };
+            let image = LevelImage { columns: 1, rows: 1, levels: vec![0.0] };
+            let pattern = Pattern {
+                drives: &[],
+                picture: &image,
+                contrast: 1000.0,
+                colours: Some(&on_panel),
+                viewing: None,
+                full_light: &[],
+            };
+            let whole = ([1, 1], [[0.0, 1.0]; 2]);
+            let panel = Panel::new(frame, whole, (&parts, 0.0), pattern);
+            let noise = 0.03;
+            for d in [0.0, 0.5, 1.0, -0.7, 3.0] {
+                let exact = 1.0 + d * noise;
+                let (mut weight, mut mean, mut bound) = (0.0, [0.0; 3], [0.0; 3]);
+                for step in -400..=400 {
+                    let z = f64::from(step) * 0.01;
+                    let density = (-0.5 * z * z).exp();
+                    let light = [exact + z * noise];
+                    weight += density;
+                    let seen = panel.outcome((0, 0), &light, 1.0);
+                    let stated = panel.biases((0, 0), &light, &[noise], 1.0);
+                    (0..3).for_each(|k| mean[k] += density * seen[k]);
+                    (0..3).for_each(|k| bound[k] += density * stated[k]);
+                }
+                let seen = panel.outcome((0, 0), &[exact], 1.0);
+                for k in 0..3 {
+                    let (bias, bound) = ((mean[k] / weight - seen[k]).abs(), bound[k] / weight);
+                    assert!(bias <= bound + 1e-4 * noise, "{level:?} {d} {k}: {bias} {bound}");
+                    // Nothing behind the panel is off by more than it passes.
+                    assert!(bound <= 0.07 * 2.0 * noise, "{level:?} {d} {k}: {bound}");
+                }
+                if d == 0.0 && level[1] > 0.0 {
+                    let bias = seen[0] - mean[0] / weight;
+                    assert!((bias - 0.07 * 0.398_942 * noise).abs() < 1e-4 * noise, "{bias}");
+                }
+            }
+            // Light from beyond: a tenth of full drive on black is a tenth of what leaks.
+            let beyond = Pattern { full_light: &[1.0], ..pattern };
+            let panel = Panel::new(frame, whole, (&parts, 0.1), beyond);
+            let [y, ..] = panel.biases((0, 0), &[1.0], &[0.0], 1.0);
+            if level == [0.0; 3] {
+                // Beside the same share of white.
+                assert!((y - 2.0 * 0.1 * 0.07e-3).abs() < 1e-9, "{y}");
+            } else {
+                assert!(y > 1e-3 * level[1], "{y}");
+            }
+        }
+    }
 }
