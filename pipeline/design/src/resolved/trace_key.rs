@@ -478,8 +478,12 @@ mod tests {
     /// Filters of the panel come after the responses; a file that is also the spectrum of a die counts.
     #[test]
     fn traces_do_not_depend_on_filters_of_the_panel() {
-        let text = crate::EMBEDDED.iter().find(|(name, _)| *name == "rgb-backlight.toml");
-        let text = text.expect("the backlight").1;
+        let text = crate::NEW_RGB_BACKLIGHT;
+        let (before, rest) = text.split_once("[[panel.sub_pixels]]").expect("a panel");
+        let (_, after) = rest.split_once("[light]").expect("a light");
+        let filter = |name: &str| format!("[[panel.sub_pixels]]\nfile = \"filter_{name}.csv\"\n\n");
+        let filters = ["red", "green", "blue"].map(filter).concat();
+        let text = format!("{before}{filters}[light]{after}");
         let folder = tempfile::tempdir().expect("a folder");
         let write = |name: &str, rows: &str| {
             std::fs::write(folder.path().join(name), rows).expect("written");
@@ -488,7 +492,6 @@ mod tests {
             let design = crate::parse("rgb.toml", text, folder.path()).expect("valid");
             (design.trace_fields(ReliefModel::Elements), design.provenance.inputs())
         };
-        let text = text.replace("../spectra/", "");
         for colour in ["red", "green", "blue"] {
             write(&format!("filter_{colour}.csv"), "380,0.2\n780,0.2\n");
         }
