@@ -448,6 +448,48 @@ const COMMANDS: [(&str, &[&str]); 128] = [
         "zones rgb.toml --pattern full.csv --transfer pq",
         &["`full.csv`: --transfer: expected srgb, linear or gamma=G where levels are not in cd/m²"],
     ),
+    (
+        "zones boxed.toml --pattern drives.csv --transfer srgb",
+        &["--transfer: expected a design with [panel] sub_pixels, got `boxed.toml` without"],
+    ),
+    (
+        "zones boxed.toml --pattern drives.csv --gamut bt2020",
+        &["--gamut: expected a design with [panel] sub_pixels, got `boxed.toml` without"],
+    ),
+    (
+        "zones boxed.toml --pattern drives.csv --test-patterns",
+        &["--test-patterns: expected a design with several channels", "got `boxed.toml` without"],
+    ),
+    (
+        "zones boxed.toml --pattern drives.csv --distance 600",
+        &["--distance: expected a luminance --receiver", "got \"plane\""],
+    ),
+    (
+        "zones coarse.toml --pattern drives.csv --receiver front",
+        &[
+            "coarse.toml: --receiver: expected bins with a middle on the panel, x from -15 to 15 mm",
+            "got \"front\" with bins of 50 mm",
+        ],
+    ),
+    (
+        "zones rgb.toml --pattern full.csv --white 0.2,0.33",
+        &[
+            "`full.csv`: --gamut: expected primaries about the white of the panel, 0.2000,0.3300, got BT.709",
+        ],
+    ),
+    (
+        "zones rgb.toml --pattern full.csv --picture profile.png",
+        &[
+            "`profile.png`: colour space: expected sRGB, or cICP of full range, got gAMA or cHRM other than of sRGB",
+            "--gamut and --transfer state it",
+        ],
+    ),
+    (
+        "zones rgb.toml --pattern full.csv --picture laws",
+        &[
+            "2.png`: colour space: expected BT.709, linear as in the first picture, got BT.709, sRGB",
+        ],
+    ),
     ("zones rgb.toml --pattern full.csv --direct", &["--direct: expected none with channels"]),
     ("import f.doc", &["f.doc: expected a table, a far field, rays or scattering, cannot open it"]),
     ("import file", &["expected a file ending in"]),
@@ -489,6 +531,16 @@ fn commands() -> TempDir {
     write("boxed.toml", &boxed(5));
     write("rgb.toml", &coloured());
     write("full.csv", &"1,1,1\n".repeat(3));
+    // Bins whose middles all lie beyond the panel.
+    let coarse = boxed(5).replace(
+        "size_mm = [30.0, 30.0]\nbins = [30, 30]",
+        "size_mm = [100.0, 100.0]\nbins = [2, 2]",
+    );
+    write("coarse.toml", &coarse);
+    std::fs::create_dir(at.join("laws")).expect("a folder");
+    std::fs::write(at.join("laws/1.png"), png(png::ColorType::Grayscale, None)).expect("written");
+    std::fs::write(at.join("laws/2.png"), png(png::ColorType::Rgb, None)).expect("written");
+    std::fs::write(at.join("profile.png"), png(png::ColorType::Rgb, Some(1.0))).expect("written");
     std::fs::create_dir(at.join("frames")).expect("a folder");
     for (name, columns) in [("1", 2), ("2", 3)] {
         let png = png_of_rgb(columns, &vec![90; 3 * columns]).expect("a row");
@@ -513,6 +565,18 @@ fn commands() -> TempDir {
     }
     write("taken/bad", "");
     folder
+}
+
+/// A picture of two pixels, of this gamma where it is stated.
+fn png(colour: png::ColorType, gamma: Option<f32>) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 2, 1);
+    encoder.set_color(colour);
+    encoder.set_depth(png::BitDepth::Eight);
+    gamma.into_iter().for_each(|gamma| encoder.set_source_gamma(png::ScaledFloat::new(gamma)));
+    let pixels = vec![90; 2 * colour.samples()];
+    encoder.write_header().expect("a header").write_image_data(&pixels).expect("pixels");
+    bytes
 }
 
 /// The bare dome as a mesh, `dome.stl`.

@@ -7,9 +7,9 @@ use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
 use arrays::npy;
-use batwing_tests::read;
+use batwing_tests::{read, workspace};
 use formats::level_image::{ColourImage, png_of_rgb};
-use metrics::colour_matching;
+use metrics::{chromaticity, colour_matching};
 
 use crate::support::binary::batwing;
 use crate::support::runs::run_text;
@@ -291,7 +291,6 @@ fn the_eye_hides_a_part_of_the_halo() {
     assert_eq!(found[1]["halo"]["viewing"]["age_years"], 70.0);
     // Halo and greys have the colour of the panel's light; nothing is said of an eye without a place.
     let colour = &found[0]["colour"];
-    assert!(value(&colour["grey_shift"]) < 1e-9, "{colour}");
     assert!((0.0..0.1).contains(&value(&colour["halo_uv"])), "{colour}");
     assert!((0.0..0.1).contains(&value(&colour["white_difference"])), "{colour}");
     assert!(zones(at, line, "blind")["halo"].get("hidden").is_none());
@@ -319,6 +318,134 @@ fn a_film_is_a_row_for_each_picture() {
     let [of_film, by_itself] = ["film/film/2.png", "alone/panel_picture.png"]
         .map(|file| std::fs::read(at.join(file)).expect("a picture"));
     assert!(of_film == by_itself);
+}
+
+/// Pictures of an earlier, longer film do not lie beside those of a later one.
+#[test]
+fn a_shorter_film_leaves_no_frames_of_a_longer_one() {
+    let folder = folder();
+    let at = folder.path();
+    std::fs::create_dir(at.join("frames")).expect("a folder");
+    for k in 1..=3 {
+        write_png(&at.join(format!("frames/{k}.png")), 6, &[80 * k; 3 * 36]);
+    }
+    zones(at, "--picture frames --levels mean", "film");
+    std::fs::write(at.join("film/film/own.png"), "a file of the user").expect("written");
+    assert!(at.join("film/film/3.png").is_file());
+    std::fs::remove_file(at.join("frames/3.png")).expect("removed");
+    zones(at, "--picture frames --levels mean", "film");
+    let is_file = |name: &str| at.join("film/film").join(name).is_file();
+    assert_eq!(["1.png", "2.png", "3.png", "own.png"].map(is_file), [true, true, false, true]);
+}
+
+/// Another filter needs no other response.
+#[test]
+fn filters_of_the_panel_keep_the_responses() {
+    let folder = folder();
+    let at = folder.path();
+    let rows = |share: f64| format!("400,{share}\n700,{share}\n");
+    let [[nm, share], ..] = FILTERS;
+    let inner = format!("wavelength_nm = {nm:?}\ntransmittance = {share:?}\n");
+    let text = coloured();
+    assert!(text.contains(&inner));
+    std::fs::write(at.join("rgb.toml"), text.replace(&inner, "file = \"red.csv\"\n"))
+        .expect("written");
+    let mut seen = Vec::new();
+    for share in [0.1, 0.2] {
+        std::fs::write(at.join("red.csv"), rows(share)).expect("written");
+        let found = zones(at, "--pattern full.csv", "out");
+        let kept = std::fs::read_dir(at.join("kept")).expect("a cache").count();
+        let responses = xyz(at, "out/backlight_xyz.npy");
+        seen.push((responses, kept, value(&found["colour"]["white"]["luminance"])));
+    }
+    assert!(seen[0].0 == seen[1].0 && seen[0].1 == seen[1].1);
+    assert!(seen[1].2 > 1.05 * seen[0].2, "{} {}", seen[0].2, seen[1].2);
+}
+
+/// White of a window and of a zone is no brighter than full white, power is the share of the zones,
+/// and a panel that closes better has a better checkerboard.
+#[test]
+fn test_patterns_have_their_powers_and_contrasts() {
+    let folder = folder();
+    let at = folder.path();
+    let of = |contrast: f64| {
+        let line =
+            format!("--pattern full.csv --white 6504K --test-patterns --contrast {contrast}");
+        zones(at, &line, &format!("c{contrast}"))
+    };
+    let [poor, good] = [100.0, 10_000.0].map(of);
+    let patterns = &poor["colour"]["test_patterns"];
+    let white = value(&poor["colour"]["white"]["luminance"]);
+    // A window of a tenth lies within the middle one of 3 x 3 zones.
+    for name in ["window", "zone"] {
+        let share = patterns[name]["power_share"].as_f64().expect("a share");
+        assert!((share - 1.0 / 9.0).abs() < 1e-12, "{share}");
+        let luminance = value(&patterns[name]["luminance"]);
+        assert!(luminance > 0.2 * white && luminance < white, "{name}: {luminance} {white}");
+    }
+    let [poor, good] =
+        [&poor, &good].map(|of| value(&of["colour"]["test_patterns"]["checkerboard"]));
+    // Black lets through one hundredth of its own backlight, less than that of white zones.
+    assert!(poor > 0.001 && poor < 0.01, "{poor}");
+    assert!((good - 0.01 * poor).abs() < 0.05 * good, "{poor} {good}");
+    assert!(of(50.0)["colour"]["stated_white"].is_array());
+    assert!(zones(at, "--pattern full.csv", "plain")["colour"].get("test_patterns").is_none());
+}
+
+/// What noise adds to missing and leaking light is within the errors: pictures as bright as the
+/// backlight, of few and of many paths.
+#[test]
+fn the_noise_of_few_paths_is_within_the_errors_of_missing_light() {
+    let folder = folder();
+    let at = folder.path();
+    let of = |paths: u32| {
+        let line = format!(
+            "zones rgb.toml --pattern full.csv --white 6504K --paths {paths} --receiver front --quiet --out p{paths}"
+        );
+        batwing(at).args(line.split_whitespace()).assert().success();
+        let found: Value =
+            serde_json::from_str(&read(at.join(format!("p{paths}/zones.json")))).expect("JSON");
+        let entry = &found["colour"]["missing"];
+        (value(entry), entry["standard_error"].as_f64().expect("an error"))
+    };
+    let (few, many) = (of(1000), of(60_000));
+    assert!(few.1 > 2.0 * many.1, "{few:?} {many:?}");
+    assert!((few.0 - many.0).abs() < 3.0 * few.1.hypot(many.1), "{few:?} {many:?}");
+}
+
+/// The shipped design and the commands of its guide, of few paths.
+#[test]
+fn the_commands_of_the_guide_run_on_the_shipped_design() {
+    let folder = tempdir().expect("a folder");
+    let at = folder.path();
+    let page = read(workspace().join("docs/guide/rgb-backlight.md")).replace("\\\n", " ");
+    let commands: Vec<&str> =
+        page.lines().filter_map(|line| line.strip_prefix("    batwing ")).collect();
+    assert_eq!(commands.len(), 4, "{commands:?}");
+    std::fs::create_dir(at.join("frames")).expect("a folder");
+    for name in ["film.png", "frames/1.png", "frames/2.png"] {
+        let pixels: Vec<u8> =
+            (0..48 * 27).flat_map(|k| [0, 200 * u8::from(k % 97 == 5), 0]).collect();
+        write_png(&at.join(name), 48, &pixels);
+    }
+    for command in commands {
+        let is_zones = command.starts_with("zones");
+        let few: &[&str] = if is_zones { &["--paths", "1000", "--cache", "kept"] } else { &[] };
+        batwing(at).args(command.split_whitespace()).args(few).assert().success();
+    }
+    let found: Value = serde_json::from_str(&read(at.join("white/zones.json"))).expect("JSON");
+    for (axis, expected) in
+        chromaticity::white_of(6504.0).expect("daylight").into_iter().enumerate()
+    {
+        let got = value(&found["colour"]["white"]["xy"][axis]);
+        assert!((got - expected).abs() < 1e-9, "{got} {expected}");
+    }
+    // What stands for a larger array says so in the errors of colours.
+    for key in ["missing", "leaking", "white_difference"] {
+        assert!(found["colour"][key]["bias_bound"].as_f64().is_some_and(|b| b > 0.0), "{key}");
+    }
+    assert!(found["colour"]["white"]["luminance"]["bias_bound"].as_f64().is_some_and(|b| b > 0.0));
+    assert_eq!(read(at.join("film/film.csv")).lines().count(), 3);
 }
 
 #[test]

@@ -7,17 +7,19 @@
 //! alike, of any finite numbers, and as `.npy` too. Colour images are the same with red, green and
 //! blue of a PNG.
 
-use std::io::Cursor;
+use std::io::{Cursor, Read};
 use std::ops::RangeInclusive;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
-use png::{BitDepth, ColorType, Decoder, Limits};
+use png::{BitDepth, ColorType, Decoder, Limits, ScaledFloat};
 
 use arrays::npy;
-use runtime::bounded_text::{MAX_ROWS, bounded_bytes};
+use runtime::bounded_text::{MAX_ROWS, bounded_bytes, open};
 use runtime::content_hash::sha256_hex;
 use runtime::provenance::FileRecord;
+
+use super::icc::is_srgb;
 
 /// Numbers that a file may hold, and their name in messages.
 type Numbers = (RangeInclusive<f64>, &'static str);
@@ -28,6 +30,8 @@ const FINITE: Numbers = (f64::MIN..=f64::MAX, "a finite number");
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\n";
 /// First bytes of a `.npy`.
 const NPY: &[u8] = b"\x93NUMPY";
+/// Largest PNG, bytes: one of [`MAX_LEVELS`] in 16 bits of red, green and blue that nothing shortens.
+const MAX_PNG: u64 = 110_000_000;
 /// Largest number of levels.
 const MAX_LEVELS: usize = 16_000_000;
 
@@ -50,7 +54,7 @@ impl LevelImage {
     pub fn read(path: &Path) -> Result<(Self, FileRecord)> {
         let name = path.display().to_string();
         let read = || -> Result<(Self, FileRecord)> {
-            let bytes = bounded_bytes(path, MAX_ROWS)?;
+            let bytes = image_bytes(path)?;
             let is_png = bytes.starts_with(PNG);
             let image = if is_png { from_png(&bytes) } else { from_text(&bytes, &LEVELS) };
             Ok((image?, FileRecord::new(name.clone(), &bytes)))
@@ -64,7 +68,7 @@ impl LevelImage {
     /// As [`LevelImage::read`].
     pub fn read_heights(path: &Path) -> Result<(Self, String)> {
         let read = || -> Result<(Self, String)> {
-            let bytes = bounded_bytes(path, MAX_ROWS)?;
+            let bytes = image_bytes(path)?;
             let image = match &bytes {
                 png if png.starts_with(PNG) => from_png(png),
                 array if array.starts_with(NPY) => from_npy(array),
@@ -104,19 +108,21 @@ pub struct ColourImage {
     pub is_grey: bool,
     /// Primaries and transfer that the file states, by the code points of ITU-T H.273.
     pub code_points: Option<[u8; 2]>,
+    /// A colour space that the file states and that is not read.
+    pub unread: Option<&'static str>,
 }
 
 impl ColourImage {
     /// Reads the file at `path`; its record beside the image.
     ///
     /// # Errors
-    /// As [`LevelImage::read`]; a colour profile other than sRGB.
+    /// As [`LevelImage::read`].
     pub fn read(path: &Path) -> Result<(Self, FileRecord)> {
         let name = path.display().to_string();
         let read = || -> Result<(Self, FileRecord)> {
-            let bytes = bounded_bytes(path, MAX_ROWS)?;
+            let bytes = image_bytes(path)?;
             let image = if bytes.starts_with(PNG) {
-                Png::decode(&bytes, true)?.colours()?
+                Png::decode(&bytes, true)?.colours()
             } else {
                 Self::grey(&from_text(&bytes, &LEVELS)?)
             };
@@ -129,7 +135,8 @@ impl ColourImage {
     pub fn grey(image: &LevelImage) -> Self {
         let levels = image.levels.iter().map(|level| [(65_535.0 * level).round() as u16; 3]);
         let (columns, rows) = (image.columns, image.rows);
-        Self { columns, rows, levels: levels.collect(), is_grey: true, code_points: None }
+        let levels = levels.collect();
+        Self { columns, rows, levels, is_grey: true, code_points: None, unread: None }
     }
 
     /// Levels of red, green or blue from 0 to 1, as they are.
@@ -137,6 +144,13 @@ impl ColourImage {
         let levels = self.levels.iter().map(|levels| f64::from(levels[colour]) / 65_535.0);
         LevelImage { columns: self.columns, rows: self.rows, levels: levels.collect() }
     }
+}
+
+/// The bytes of a PNG, or those of another file of rows of numbers.
+fn image_bytes(path: &Path) -> Result<Vec<u8>> {
+    let mut start = [0; PNG.len()];
+    let is_png = open(path)?.read_exact(&mut start).is_ok() && start == PNG;
+    bounded_bytes(path, if is_png { MAX_PNG } else { MAX_ROWS })
 }
 
 fn from_npy(bytes: &[u8]) -> Result<LevelImage> {
@@ -214,9 +228,36 @@ struct Png {
     depth: usize,
     /// From 0 to 65535.
     numbers: Vec<u16>,
-    /// True if it states a profile that is not sRGB.
-    has_profile: bool,
     code_points: Option<[u8; 2]>,
+    /// A colour space that is not read.
+    unread: Option<&'static str>,
+}
+
+/// The colour space that a PNG states and that is not read, if any: cICP comes before iCCP, sRGB, and
+/// gAMA with cHRM (PNG, third edition, 4.3).
+fn unread(info: &png::Info) -> Option<&'static str> {
+    if let Some(points) = info.coding_independent_code_points {
+        let is_rgb = points.is_video_full_range_image && points.matrix_coefficients == 0;
+        return (!is_rgb).then_some("cICP of narrow range or no RGB");
+    }
+    if let Some(profile) = &info.icc_profile {
+        return (!is_srgb(profile)).then_some("an ICC profile other than sRGB");
+    }
+    if info.srgb.is_some() {
+        return None;
+    }
+    let is_near = |a: f32, b: f32| (a - b).abs() <= 1e-3;
+    // Writers of sRGB state 1/2.2, as the standard asks them to.
+    let has_gamma = info.gama_chunk.is_some_and(|gamma| !is_near(gamma.into_value(), 0.45455));
+    let others = info.chrm_chunk.is_some_and(|of| {
+        let found = [of.white, of.red, of.green, of.blue];
+        let srgb = [(0.3127, 0.329), (0.64, 0.33), (0.3, 0.6), (0.15, 0.06)];
+        let same = |((x, y), (a, b)): (&(ScaledFloat, ScaledFloat), (f32, f32))| {
+            is_near(x.into_value(), a) && is_near(y.into_value(), b)
+        };
+        !found.iter().zip(srgb).all(same)
+    });
+    (has_gamma || others).then_some("gAMA or cHRM other than of sRGB")
 }
 
 impl Png {
@@ -243,11 +284,7 @@ impl Png {
                 bits as u8
             );
         };
-        let is_srgb = |profile: &[u8]| {
-            let holds = |name: &[u8]| profile.windows(name.len()).any(|part| part == name);
-            holds(b"sRGB") || holds(b"s\0R\0G\0B")
-        };
-        let has_profile = info.icc_profile.as_ref().is_some_and(|profile| !is_srgb(profile));
+        let unread = unread(info);
         let stated = info.coding_independent_code_points;
         let code_points = stated.map(|of| [of.color_primaries, of.transfer_function]);
         let per_number = if bits == BitDepth::Eight { 1 } else { 2 };
@@ -258,25 +295,22 @@ impl Png {
             _ => 257 * u16::from(bytes[0]),
         };
         let numbers = pixels.chunks_exact(per_number).map(number).collect();
-        Ok(Self { columns, depth, numbers, has_profile, code_points })
+        Ok(Self { columns, depth, numbers, code_points, unread })
     }
 
-    fn colours(self) -> Result<ColourImage> {
-        ensure!(
-            !self.has_profile,
-            "colour space: expected no profile or that of sRGB, got another ICC profile"
-        );
+    fn colours(self) -> ColourImage {
         let pixel = |numbers: &[u16]| [0, 1, 2].map(|k| numbers[k % self.depth]);
         let rows = self.numbers.chunks(self.columns * self.depth).rev();
         let levels = rows.flat_map(|row| row.chunks_exact(self.depth).map(pixel));
         let levels: Vec<[u16; 3]> = levels.collect();
-        Ok(ColourImage {
+        ColourImage {
             columns: self.columns,
             rows: levels.len() / self.columns,
             levels,
             is_grey: self.depth == 1,
             code_points: self.code_points,
-        })
+            unread: self.unread,
+        }
     }
 }
 
@@ -308,6 +342,67 @@ mod tests {
         let wide = [0, 0, 0x99, 0x99, 0xff, 0xff, 0x33, 0x33];
         let sixteen = png(ColorType::Grayscale, BitDepth::Sixteen, &wide);
         assert_eq!(from_png(&sixteen).expect("16 bits"), expected);
+    }
+
+    /// What a file states of its colours comes in the order of the standard.
+    #[test]
+    fn colour_spaces_that_are_not_read_are_named() {
+        let of = |state: &dyn Fn(&mut png::Info)| {
+            let mut info = png::Info::with_size(1, 1);
+            state(&mut info);
+            unread(&info)
+        };
+        let points = |full, matrix| png::CodingIndependentCodePoints {
+            color_primaries: 9,
+            transfer_function: 16,
+            matrix_coefficients: matrix,
+            is_video_full_range_image: full,
+        };
+        let scaled = |v: f32| Some(ScaledFloat::new(v));
+        let profile = || Some(b"a profile called sRGB".to_vec().into());
+        assert_eq!(of(&|_| {}), None);
+        assert_eq!(of(&|info| info.gama_chunk = scaled(0.45455)), None);
+        assert!(of(&|info| info.gama_chunk = scaled(1.0)).is_some_and(|w| w.contains("gAMA")));
+        assert!(of(&|info| info.icc_profile = profile()).is_some_and(|w| w.contains("ICC")));
+        for (full, matrix, is_read) in [(true, 0, true), (false, 0, false), (true, 9, false)] {
+            let found = of(&|info| {
+                info.icc_profile = profile();
+                info.gama_chunk = scaled(1.0);
+                info.coding_independent_code_points = Some(points(full, matrix));
+            });
+            assert_eq!(found.is_none(), is_read, "{found:?}");
+        }
+    }
+
+    /// Noise of 16 bits takes more than any text may, and comes back as it is.
+    #[test]
+    fn large_pictures_are_read() {
+        let (columns, rows) = (2000u32, 1500u32);
+        let mut state = 1u64;
+        let noise = (0..columns * rows * 6).map(|_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 56) as u8
+        });
+        let noise: Vec<u8> = noise.collect();
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, columns, rows);
+        encoder.set_color(ColorType::Rgb);
+        encoder.set_depth(BitDepth::Sixteen);
+        encoder.set_compression(png::Compression::Fast);
+        let mut writer = encoder.write_header().expect("a header");
+        writer.write_image_data(&noise).expect("pixels");
+        writer.finish().expect("written");
+        assert!(bytes.len() as u64 > MAX_ROWS);
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("noise.png");
+        std::fs::write(&path, &bytes).expect("written");
+        let (image, _) = ColourImage::read(&path).expect("a picture");
+        let top = (rows as usize - 1) * columns as usize;
+        assert_eq!(image.levels[top][0], u16::from_be_bytes([noise[0], noise[1]]));
+        // Control: a text of this size is refused.
+        std::fs::write(&path, vec![b' '; bytes.len()]).expect("written");
+        let error = format!("{:#}", ColourImage::read(&path).expect_err("too large"));
+        assert!(error.contains("expected at most 16 MB"), "{error}");
     }
 
     #[test]

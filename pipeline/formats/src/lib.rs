@@ -43,6 +43,7 @@ pub mod convert;
 pub mod dxf;
 pub mod eulumdat;
 pub mod fields;
+mod icc;
 pub mod ies;
 pub mod level_image;
 pub mod lighttools;

@@ -45,6 +45,11 @@ impl Primaries {
         let scale = inverse(&plain).map_or([f64::NAN; 3], |m| apply(&m, xyz_of_xy(white)));
         plain.map(|row| [0, 1, 2].map(|k| row[k] * scale[k]))
     }
+
+    /// True if `white` lies within the primaries: beyond them one would have to be negative.
+    pub fn hold(&self, white: Point) -> bool {
+        self.to_xyz(white)[1].iter().all(|luminance| *luminance > 0.0)
+    }
 }
 
 /// `m` times `v`.
@@ -190,6 +195,9 @@ mod tests {
         for (found, printed) in BT2020.to_xyz(D65)[1].iter().zip([0.2627, 0.6780, 0.0593]) {
             assert!((found - printed).abs() < 6e-5, "{found} {printed}");
         }
+        // Equal parts lie within, a point beyond the side from green to blue does not.
+        assert!(BT709.hold(D65) && BT709.hold([1.0 / 3.0; 2]));
+        assert!(!BT709.hold([0.18, 0.329]) && BT2020.hold([0.18, 0.329]));
         let back = inverse(&found).expect("primaries apart");
         let v = [0.3, 0.5, 0.1];
         let same = apply(&back, apply(&found, v));

@@ -103,6 +103,10 @@ def test_zones_in_colour_are_arrays_of_xyz() -> None:
     pattern = {"red": DRIVES, "blue": np.zeros_like(DRIVES)}
     found = simulate.zones(simulate.Design(data), pattern, picture=DRIVES, seed=3)
     assert found.xyz.keys() == found.maps.keys() == {"backlight", "panel"}
+    # Numbers of any kind are a white, which these two channels cannot give.
+    for white in (np.array([0.3127, 0.329]), [np.float64(0.3127), 0.329], (0.3127, 0.329)):
+        with pytest.raises(batwing.InputError, match="expected a design with three channels"):
+            simulate.zones(simulate.Design(data), pattern, picture=DRIVES, white=white)
     x, y, z = found.xyz["backlight"]
     np.testing.assert_allclose(y, found.maps["backlight"].values, rtol=1e-9)
     # CIE 1931 at 630 nm: 0.6424, 0.2650, 0.0000.

@@ -87,8 +87,8 @@ pub struct ZonesFile {
     /// `chi_square`, and the `largest` difference in standard errors.
     pub direct: Option<Direct>,
     /// Of designs with channels or a panel of sub-pixels: levels of the `channels` at full drive,
-    /// `white` of the panel there, `gamut` of its primaries, and of the pattern `power`, light that is
-    /// `missing` and `leaking`, and `halo_itp`.
+    /// `white` of the panel there, `gamut` of its primaries, and of the pattern `power_share` and `power_w`,
+    /// light that is `missing` and `leaking`, `halo_itp` and `halo_uv`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colour: Option<ColourEntry>,
 }
@@ -238,11 +238,12 @@ pub struct ColourEntry {
     pub channels: Vec<ChannelEntry>,
     /// All of them at these levels, behind the open panel.
     pub white: ColourOfLight,
-    /// Largest Δu'v' of it between zones, or between cells of a twelfth of the panel's sides where zones
-    /// are smaller; null of a dark one.
+    /// x and y of `--white`; null where all channels are at 1, so that the powers of the sources make
+    /// the white.
+    pub stated_white: Option<[f64; 2]>,
+    /// Largest Δu'v' of it between cells of a twelfth of the panel's sides, or bins that are larger;
+    /// null of a dark one.
     pub white_difference: Option<FigureEntry>,
-    /// Largest Δu'v' from it of greys of 0.001 to 0.5 of its light at full drive; null without sub-pixels.
-    pub grey_shift: Option<FigureEntry>,
     /// Primaries and transfer of the picture: `BT.709, sRGB`; null of a panel without sub-pixels.
     pub picture: Option<String>,
     /// Luminance of the white of `panel_picture.png`, its largest level.
@@ -254,18 +255,47 @@ pub struct ColourEntry {
     pub levels: Option<LevelsEntry>,
     /// Power of the pattern over that at full drive of all channels at their levels.
     pub power_share: f64,
-    /// The same in W, where `led.power_electrical_w` states that of a package with all channels at
+    /// The same in W, where `led.electrical_w` states that of a package with all channels at
     /// full drive, shared among them by the light that they emit.
     pub power_w: Option<f64>,
-    /// Luminance that the picture asks for and the panel does not show, over all that it asks for.
-    pub missing: FigureEntry,
+    /// With `--test-patterns`, a window of 10 % of the area, a single zone, a checkerboard of zones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub test_patterns: Option<TestPatterns>,
+    /// Luminance that the picture asks for and the panel does not show, over all that it asks for;
+    /// null where it asks for none.
+    pub missing: Option<FigureEntry>,
     /// Luminance that the panel shows beyond what is asked for, likewise.
-    pub leaking: FigureEntry,
+    pub leaking: Option<FigureEntry>,
     /// Largest ΔE_ITP (ITU-R BT.2124) from black of the mean black of a zone beside bright; null
     /// without any, and in units that are not absolute.
     pub halo_itp: Option<FigureEntry>,
+    /// ΔE_ITP from black of the panel's own black at full drive, below which a halo shows little; null
+    /// without sub-pixels, and in units that are not absolute.
+    pub black_itp: Option<FigureEntry>,
     /// Largest Δu'v' of the same from white; null without any, and without sub-pixels.
     pub halo_uv: Option<FigureEntry>,
+}
+
+/// Pictures of white and black, whose zones are at 1 where they hold any white and at 0 elsewhere.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct TestPatterns {
+    /// A white window of 10 % of the area, in the middle and of its shape.
+    pub window: LitPattern,
+    /// The white zone nearest to the middle.
+    pub zone: LitPattern,
+    /// Mean black over mean white of zones that are white and black by turns; null of a single zone.
+    pub checkerboard: Option<FigureEntry>,
+}
+
+/// White on black.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct LitPattern {
+    /// Mean of the bins that lie whole in the white; null of no such bin or no black beside it.
+    pub luminance: Option<FigureEntry>,
+    /// Power over that of full white.
+    pub power_share: f64,
+    /// The same in W, as of the pattern.
+    pub power_w: Option<f64>,
 }
 
 /// A channel.
@@ -282,10 +312,10 @@ pub struct ChannelEntry {
 /// A colour and its luminance.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 pub struct ColourOfLight {
-    /// x and y (CIE 1931).
-    pub xy: [FigureEntry; 2],
-    /// u' and v' (CIE 1976).
-    pub uv: [FigureEntry; 2],
+    /// x and y (CIE 1931); null of light that no eye sees.
+    pub xy: Option<[FigureEntry; 2]>,
+    /// u' and v' (CIE 1976); null likewise.
+    pub uv: Option<[FigureEntry; 2]>,
     /// Correlated colour temperature, K; null where it names no colour.
     pub cct: Option<FigureEntry>,
     /// Distance from the Planckian locus.
@@ -318,17 +348,26 @@ pub struct LevelsEntry {
     pub power_limit: f64,
 }
 
+impl ColourOfLight {
+    fn xy_text(&self) -> String {
+        let words = |v: &FigureEntry| shown::text(v, Unit::Relative);
+        let both = |[x, y]: &[FigureEntry; 2]| format!("x {}, y {}", words(x), words(y));
+        self.xy.as_ref().map_or_else(|| "dark".to_owned(), both)
+    }
+}
+
 impl ColourEntry {
     /// Names and values for people.
     fn lines(&self, unit: Unit, line: &mut impl FnMut(String, String)) {
         for channel in &self.channels {
-            let [x, y] = channel.light.xy.each_ref().map(|v| shown::text(v, Unit::Relative));
             let luminance = shown::text(&channel.light.luminance, unit);
-            let words = format!("level {:.4}, x {x}, y {y}, {luminance}", channel.level);
+            let words =
+                format!("level {:.4}, {}, {luminance}", channel.level, channel.light.xy_text());
             line(format!("channel {}", channel.name), words);
         }
-        let [x, y] = self.white.xy.each_ref().map(|v| shown::text(v, Unit::Relative));
-        line("white behind the panel".to_owned(), format!("x {x}, y {y}"));
+        let of_powers = ", of all channels at 1, by the powers of the sources";
+        let made = if self.stated_white.is_some() { "" } else { of_powers };
+        line("white behind the panel".to_owned(), format!("{}{made}", self.white.xy_text()));
         if let (Some(cct), Some(duv)) = (&self.white.cct, &self.white.duv) {
             let [cct, duv] =
                 [(cct, Unit::Kelvin), (duv, Unit::Relative)].map(|(v, u)| shown::text(v, u));
@@ -338,7 +377,6 @@ impl ColourEntry {
         line("its luminance".to_owned(), luminance);
         for (name, entry) in [
             ("white over the panel, Δu'v'", &self.white_difference),
-            ("greys against white, Δu'v'", &self.grey_shift),
             ("halo against white, Δu'v'", &self.halo_uv),
         ] {
             if let Some(entry) = entry {
@@ -355,10 +393,31 @@ impl ColourEntry {
             format!("{:.2} % of full white{watts}", 100.0 * self.power_share),
         );
         for (name, entry) in [("missing light", &self.missing), ("leaking light", &self.leaking)] {
-            line(name.to_owned(), shown::text(entry, Unit::Fraction));
+            if let Some(entry) = entry {
+                line(name.to_owned(), shown::text(entry, Unit::Fraction));
+            }
         }
-        if let Some(halo) = &self.halo_itp {
-            line("halo, largest difference (ITP)".to_owned(), shown::text(halo, Unit::Relative));
+        for (name, entry) in [
+            ("halo, largest difference (ITP)", &self.halo_itp),
+            ("black at full drive (ITP)", &self.black_itp),
+        ] {
+            if let Some(entry) = entry {
+                line(name.to_owned(), shown::text(entry, Unit::Relative));
+            }
+        }
+        if let Some(TestPatterns { window, zone, checkerboard }) = &self.test_patterns {
+            for (name, lit) in [("window of 10 %", window), ("a single zone", zone)] {
+                let luminance = lit.luminance.as_ref();
+                let luminance =
+                    luminance.map_or_else(|| "no bin".to_owned(), |l| shown::text(l, unit));
+                let watts = lit.power_w.map_or_else(String::new, |w| format!(", {w:.4} W"));
+                let share = 100.0 * lit.power_share;
+                line(name.to_owned(), format!("{luminance}, {share:.2} % of full white{watts}"));
+            }
+            if let Some(contrast) = checkerboard {
+                let words = shown::text(contrast, Unit::Relative);
+                line("checkerboard, black over white".to_owned(), words);
+            }
         }
     }
 }

@@ -45,12 +45,20 @@ pub struct Provenance {
     pub sha256: String,
     /// Files that it names: mesh, materials, positions, spectra, sources, solids.
     pub named: Vec<FileRecord>,
+    /// Files that its panel names, on which no trace depends.
+    pub of_panel: Vec<FileRecord>,
 }
 
 impl Provenance {
+    /// Files that it names, each once.
+    pub fn all_named(&self) -> impl Iterator<Item = &FileRecord> {
+        let of_panel = self.of_panel.iter().filter(|file| !self.named.contains(file));
+        self.named.iter().chain(of_panel)
+    }
+
     /// All files: the design itself, then those that it names.
     pub fn inputs(&self) -> Vec<FileRecord> {
         let design = FileRecord { file: self.file.clone(), sha256: self.sha256.clone() };
-        std::iter::once(design).chain(self.named.iter().cloned()).collect()
+        std::iter::once(design).chain(self.all_named().cloned()).collect()
     }
 }

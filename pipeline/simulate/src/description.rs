@@ -18,6 +18,7 @@ use design::schema::Arrangement;
 use design::schema::prints::Print;
 use design::schema::receivers::ReceiverForm;
 use design::schema::solids::{Per, Prisms, Relief, ReliefCells, ScatterLaw, SolidForm};
+use design::spectrum::Sampling;
 use design::spectrum::lights::Light;
 use metrics::digits::shortest;
 use metrics::illuminance::Symmetry;
@@ -267,6 +268,16 @@ fn sources(design: &Design) -> Vec<(&'static str, String)> {
     }
     if design.channels().len() > 1 {
         lines.push(("channels", design.channels().join(", ")));
+    }
+    let has_colours = design.channels().len() > 1
+        || design.panel.as_ref().is_some_and(|panel| !panel.sub_pixels.is_empty());
+    let mut all = design.colours().into_iter().flat_map(|lights| lights.lights);
+    let by_tolerance =
+        |light: Light| matches!(light.light.sampling(), Some(Sampling::Tolerance(_)));
+    if has_colours && all.any(by_tolerance) {
+        let words =
+            "three wavelengths of each light with a `tolerance`, whose error is not estimated";
+        lines.push(("zones", words.to_owned()));
     }
     if let Some(panel) = &design.panel {
         let filters = count(panel.sub_pixels.len(), "sub-pixel");

@@ -91,6 +91,9 @@ pub struct ZonesArgs {
     /// Its pigment: 0 black, 0.5 brown, 1.2 light blue
     #[arg(long, value_name = "P", requires = "distance", default_value_t = 0.5, value_parser = pigment)]
     pub pigment: f64,
+    /// Also show a white window of 10 % of the area, a single zone and a checkerboard of zones
+    #[arg(long)]
+    pub test_patterns: bool,
     /// How to compute the responses
     #[arg(long, value_enum, default_value = "geometric")]
     pub model: ModelChoice,
@@ -367,6 +370,12 @@ pub fn colour_space(
     file: &str,
     (gamut, transfer): (Option<PictureGamut>, Option<Transfer>),
 ) -> Result<(Primaries, Transfer)> {
+    if let Some(unread) = image.unread {
+        ensure!(
+            gamut.is_some() && transfer.is_some(),
+            "`{file}`: colour space: expected sRGB, or cICP of full range, got {unread}; --gamut and --transfer state it"
+        );
+    }
     let usual = if image.is_grey { Transfer::Linear } else { Transfer::Srgb };
     let said = image.code_points;
     let of_file = |of: Option<Option<u8>>, expected: &str| {

@@ -13,15 +13,18 @@ use design::resolved::panel::CONTRAST;
 use experiment::checked_file::Texts;
 use formats::level_image::{ColourImage, LevelImage, png_of_rgb};
 use metrics::Estimate;
+use metrics::dimming::window;
 use metrics::gamut::{D65, Primaries};
 use metrics::quantity::Unit;
 use metrics::transfer::Transfer;
 use results::figure_entry::FigureEntry;
-use results::zones::{ChannelEntry, ColourEntry, ColourOfLight, GamutEntry, LevelsEntry};
+use results::zones::{
+    ChannelEntry, ColourEntry, ColourOfLight, GamutEntry, LevelsEntry, LitPattern, TestPatterns,
+};
 use runtime::atomic_file::write_bytes;
 use runtime::provenance::FileRecord;
 use runtime::run_context::RunContext;
-use zones::colour::{ColourEstimate, ColourFigures, FullDrive, PictureLight, painted};
+use zones::colour::{ColourEstimate, ColourFigures, FullDrive, PictureLight, check_white, painted};
 use zones::levels::{Needs, check_size, from_picture, power_share};
 use zones::{Array, Dimmed, Pattern, ZonedDesign};
 
@@ -52,12 +55,21 @@ pub const FILM_COLUMNS: [&str; 10] = [
     "leaking",
 ];
 
+/// Share of the area of the white window.
+const WINDOW: f64 = 0.1;
+
 /// A picture on the panel.
+#[derive(Clone)]
 enum Picture {
     /// Levels as light.
     Grey(LevelImage),
     /// Colours with their primaries and transfer.
     Colours(ColourImage, (Primaries, Transfer)),
+}
+
+/// Primaries and transfer for people.
+fn space_name((primaries, transfer): (Primaries, Transfer)) -> String {
+    format!("{}, {}", primaries.name, transfer_name(transfer))
 }
 
 /// Patterns and pictures of a command, checked.
@@ -74,6 +86,8 @@ pub struct Pictures<'a> {
     drives: Option<Drives>,
     /// Files of pictures; none where the pattern is the picture.
     pub files: Vec<PathBuf>,
+    /// The picture, where there is one file.
+    only: Option<Picture>,
 }
 
 /// What one picture gives.
@@ -112,10 +126,29 @@ impl<'a> Pictures<'a> {
             !(arguments.direct && zoned.has_colours()),
             "--direct: expected none with channels or [panel] sub_pixels"
         );
+        let of_panel = design.panel.as_ref();
+        let has_sub_pixels = of_panel.is_some_and(|panel| !panel.sub_pixels.is_empty());
+        for (option, is_stated) in
+            [("--transfer", arguments.transfer.is_some()), ("--gamut", arguments.gamut.is_some())]
+        {
+            ensure!(
+                has_sub_pixels || !is_stated,
+                "{option}: expected a design with [panel] sub_pixels, got `{file}` without; levels of its pictures are light"
+            );
+        }
+        ensure!(
+            arguments.distance.is_none() || zoned.receiver.is_luminance(),
+            "--distance: expected a luminance --receiver, whose light an eye sees, got {:?}",
+            zoned.receiver.name()
+        );
+        ensure!(
+            zoned.has_colours() || !arguments.test_patterns,
+            "--test-patterns: expected a design with several channels of [[sources]] or [panel] sub_pixels, got `{file}` without"
+        );
         let files = arguments.picture.as_deref().map(pictures).transpose()?.unwrap_or_default();
         let has_picture = !files.is_empty() || drives.as_ref().is_some_and(|d| d.grey.is_some());
         ensure!(has_picture, "--picture: expected one beside a pattern for each channel, got none");
-        let of_panel = design.panel.as_ref().map(|panel| panel.contrast);
+        let of_panel = of_panel.map(|panel| panel.contrast);
         let mut command = Self {
             contrast: arguments.contrast.or(of_panel).unwrap_or(CONTRAST),
             inputs: design.provenance.inputs(),
@@ -125,6 +158,7 @@ impl<'a> Pictures<'a> {
             zoned,
             drives,
             files,
+            only: None,
         };
         command.inputs.extend(command.drives.iter().flat_map(|drives| drives.inputs.clone()));
         if let Some(white) = arguments.white {
@@ -138,12 +172,23 @@ impl<'a> Pictures<'a> {
         }
         // All are read before anything is traced or written.
         let mut size = None;
+        let mut space = None;
+        let mut only = None;
         for (number, path) in command.files.iter().enumerate() {
             let (picture, record) = command.picture(path, number > 0)?;
-            let found = match &picture {
-                Picture::Grey(image) => [image.columns, image.rows],
-                Picture::Colours(image, _) => [image.columns, image.rows],
+            let (found, of_picture) = match &picture {
+                Picture::Grey(image) => ([image.columns, image.rows], None),
+                Picture::Colours(image, space) => ([image.columns, image.rows], Some(*space)),
             };
+            let expected = *space.get_or_insert(of_picture);
+            let name = |of: Option<(Primaries, Transfer)>| of.map_or_else(String::new, space_name);
+            ensure!(
+                expected == of_picture,
+                "`{}`: colour space: expected {} as in the first picture, got {}; --gamut and --transfer state those of all",
+                record.file,
+                name(expected),
+                name(of_picture)
+            );
             let [columns, rows] = *size.get_or_insert(found);
             ensure!(
                 found == [columns, rows],
@@ -156,7 +201,11 @@ impl<'a> Pictures<'a> {
                 check_size(found, zoned.zones, &record.file)?;
             }
             command.inputs.push(record);
+            if command.files.len() == 1 {
+                only = Some(picture);
+            }
         }
+        command.only = only;
         Ok(command)
     }
 
@@ -189,6 +238,9 @@ impl<'a> Pictures<'a> {
     fn coloured(&self, image: ColourImage, file: &str) -> Result<Picture> {
         let stated = (self.arguments.gamut, self.arguments.transfer);
         let space = colour_space(&image, file, stated)?;
+        if let Some(white) = self.arguments.white {
+            check_white(&space.0, white).with_context(|| format!("`{file}`"))?;
+        }
         ensure!(
             space.1.peak_cd_m2().is_none() || self.is_absolute(),
             "`{file}`: --transfer: expected srgb, linear or gamma=G where levels are not in cd/m², got pq; a luminance --receiver and led.power_w make them so"
@@ -205,9 +257,18 @@ impl<'a> Pictures<'a> {
         cache: &Cache,
         context: RunContext,
     ) -> Result<Frame> {
-        let picture = match path {
-            Some(path) => self.picture(path, true)?.0,
-            None => {
+        let picture = match (path, &self.only) {
+            (Some(_), Some(only)) => only.clone(),
+            (Some(path), None) => {
+                let (picture, record) = self.picture(path, true)?;
+                ensure!(
+                    self.inputs.contains(&record),
+                    "`{}`: --picture: expected the file that was checked, got one that has changed since",
+                    record.file
+                );
+                picture
+            }
+            (None, _) => {
                 let grey = self.drives.as_ref().and_then(|drives| drives.grey.clone());
                 let grey = grey.context("--picture: expected one, got none")?;
                 if self.has_sub_pixels() {
@@ -221,7 +282,7 @@ impl<'a> Pictures<'a> {
             Picture::Grey(image) => (image, None, None),
             Picture::Colours(image, space) => {
                 let white = full.map_or(D65, |(full, _)| full.white_xy());
-                let light = PictureLight::new(&image, (&space.0, space.1), white);
+                let light = PictureLight::new(&image, (&space.0, space.1), white)?;
                 (LevelImage { columns: 1, rows: 1, levels: vec![0.0] }, Some(light), Some(space))
             }
         };
@@ -235,7 +296,7 @@ impl<'a> Pictures<'a> {
                 let picture = light.as_ref().map_or_else(|| Cow::Owned(grey()), Cow::Borrowed);
                 let of = match (full, space) {
                     (Some((full, _)), Some((primaries, transfer))) => {
-                        full.needs(&primaries, transfer, powers.len())?
+                        full.needs(&primaries, transfer, &self.design.channels())?
                     }
                     _ => Needs::GREY,
                 };
@@ -249,7 +310,9 @@ impl<'a> Pictures<'a> {
             (Some(light), Some((full, _)), Some((_, transfer))) => full.show(light, transfer),
             _ => None,
         };
+        let full_light = full.map_or_else(Vec::new, |(full, _)| full.light());
         let pattern = Pattern {
+            full_light: &full_light,
             drives: &drives,
             picture: &image,
             contrast: self.contrast,
@@ -297,7 +360,8 @@ impl<'a> Pictures<'a> {
         let largest = zones.iter().map(|zone| zone.value).fold(0.0, f64::max);
         let halo = found.halo.map(|[black, _, contrast]| [black, contrast]);
         let of = |k: usize, read: fn(&Estimate) -> f64| halo.map(|halo| read(&halo[k]));
-        let of_panel = found.colours.as_ref().map(|colours| [colours.missing, colours.leaking]);
+        let of_panel =
+            |read: fn(&ColourFigures) -> Option<Estimate>| found.colours.as_ref().and_then(read);
         let numbers = [
             Some(mean),
             Some(largest),
@@ -306,14 +370,71 @@ impl<'a> Pictures<'a> {
             of(0, |halo| halo.standard_error),
             of(1, |halo| halo.value),
             of(1, |halo| halo.standard_error),
-            of_panel.map(|panel| panel[0].value),
-            of_panel.map(|panel| panel[1].value),
+            of_panel(|colours| colours.missing).map(|of| of.value),
+            of_panel(|colours| colours.leaking).map(|of| of.value),
         ];
         let text = |number: Option<f64>| {
             let number = number.filter(|number| number.is_finite());
             number.map_or_else(String::new, |number| format!("{number:?}"))
         };
         std::iter::once(name.to_owned()).chain(numbers.map(text)).collect()
+    }
+
+    /// A window, a single zone and a checkerboard of zones on the panel.
+    ///
+    /// # Errors
+    /// A cache that cannot be written.
+    pub fn test_patterns(
+        &self,
+        array: &Array,
+        (full, levels): &(FullDrive, Vec<f64>),
+        cache: &Cache,
+        context: RunContext,
+    ) -> Result<TestPatterns> {
+        let [columns, rows] = self.zoned.zones;
+        let of_zones = |is_white: &dyn Fn(usize, usize) -> bool| {
+            let level = |k: usize| f64::from(is_white(k % columns, k / columns));
+            LevelImage { columns, rows, levels: (0..columns * rows).map(level).collect() }
+        };
+        let [across, along] = self.zoned.frame.bins;
+        let window = |columns, rows| {
+            let levels = window(columns, rows, WINDOW);
+            LevelImage { columns, rows, levels }
+        };
+        let lit = window(columns, rows);
+        let lit = of_zones(&|i, j| lit.levels[j * columns + i] > 0.0);
+        let zone = of_zones(&|i, j| [i, j] == [columns / 2, rows / 2]);
+        let board = of_zones(&|i, j| (i + j) % 2 == 0);
+        let shown = |picture: &LevelImage, lit: &LevelImage| -> Result<Dimmed> {
+            context.interrupt.check()?;
+            let drives = vec![lit.levels.clone(); levels.len()];
+            let light = full.greys(picture);
+            let on_panel = full.show(&light, Transfer::Linear);
+            let pattern = Pattern {
+                full_light: &full.light(),
+                drives: &drives,
+                picture,
+                contrast: self.contrast,
+                colours: on_panel.as_ref(),
+                viewing: None,
+            };
+            self.zoned.dim(array, pattern, false, cache, context)
+        };
+        let powers = self.powers(Some(levels));
+        let of = |picture: &LevelImage, lit: &LevelImage| -> Result<LitPattern> {
+            let share = power_share(&vec![lit.levels.clone(); levels.len()], &powers);
+            let halo = shown(picture, lit)?.halo;
+            Ok(LitPattern {
+                luminance: halo.map(|[_, bright, _]| FigureEntry::new(bright)),
+                power_share: share,
+                power_w: self.power_w(share, levels),
+            })
+        };
+        Ok(TestPatterns {
+            window: of(&window(across, along), &lit)?,
+            zone: of(&zone, &zone)?,
+            checkerboard: shown(&board, &board)?.halo.map(|[.., ratio]| FigureEntry::new(ratio)),
+        })
     }
 
     /// Arrays of X, Y and Z, and what the panel shows.
@@ -332,13 +453,14 @@ impl<'a> Pictures<'a> {
     pub fn colour_entry(
         &self,
         (full, levels): &(FullDrive, Vec<f64>),
-        frame: &Frame,
+        (frame, test_patterns): (&Frame, Option<TestPatterns>),
     ) -> ColourEntry {
         let entry = FigureEntry::new;
         let of_light = |of: ColourEstimate| {
-            let [x, y, u, v] = of.chromaticity.map(entry);
+            let both = of.chromaticity.map(|all| all.map(entry));
+            let (xy, uv) = (both.map(|[x, y, ..]| [x, y]), both.map(|[.., u, v]| [u, v]));
             let [cct, duv] = [0, 1].map(|k| of.temperature.map(|both| entry(both[k])));
-            ColourOfLight { xy: [x, y], uv: [u, v], cct, duv, luminance: entry(of.luminance) }
+            ColourOfLight { xy, uv, cct, duv, luminance: entry(of.luminance) }
         };
         let channels = self.design.channels().into_iter().zip(levels).enumerate();
         let channels = channels.map(|(number, (name, level))| ChannelEntry {
@@ -347,18 +469,15 @@ impl<'a> Pictures<'a> {
             light: of_light(full.channel_figures(number)),
         });
         let colours = frame.found.colours.as_ref();
-        let figure = |read: fn(&ColourFigures) -> Estimate| {
-            entry(colours.map_or(Estimate::new(0.0, 0.0), read)).in_range(Unit::Fraction)
+        let figure = |read: fn(&ColourFigures) -> Option<Estimate>| {
+            colours.and_then(read).map(|of| entry(of).in_range(Unit::Fraction))
         };
         let white = of_light(full.white_figures());
-        let name = |(primaries, transfer): (Primaries, Transfer)| {
-            format!("{}, {}", primaries.name, transfer_name(transfer))
-        };
         ColourEntry {
             channels: channels.collect(),
             exposure: frame.painted.as_ref().map(|_| white.luminance.value),
             white,
-            picture: frame.colour_space.map(name),
+            picture: frame.colour_space.map(space_name),
             gamut: full
                 .gamut()
                 .into_iter()
@@ -379,7 +498,9 @@ impl<'a> Pictures<'a> {
             missing: figure(|colours| colours.missing),
             leaking: figure(|colours| colours.leaking),
             white_difference: full.white_difference().map(entry),
-            grey_shift: full.grey_shift().map(entry),
+            stated_white: self.arguments.white,
+            black_itp: full.black_itp().filter(|_| self.is_absolute()).map(entry),
+            test_patterns,
             halo_uv: colours.and_then(|c| c.halo_uv).map(entry),
             halo_itp: colours.and_then(|c| c.halo_itp).filter(|_| self.is_absolute()).map(entry),
         }

@@ -97,6 +97,13 @@ impl Command<'_> {
         for warning in warnings(self.design)? {
             context.console.warn(&warning);
         }
+        let panel = self.design.panel.iter().flat_map(|panel| &panel.sub_pixels);
+        if self.arguments.contrast.is_some() && panel.into_iter().any(|s| s.black.is_some()) {
+            context.console.warn(&format!(
+                "{}: panel.sub_pixels: a stated `black` stays, whatever --contrast",
+                self.design.provenance.file
+            ));
+        }
         let out = &self.arguments.out;
         let cache = cache(self.arguments.cache.as_deref(), out);
         let files = self.files();
@@ -145,7 +152,11 @@ impl Command<'_> {
         }
         let written = names.iter().skip(1).map(|name| FileRecord::of_output(out, name));
         let written = written.collect::<Result<Vec<_>>>()?;
-        let colour = full.map(|full| self.pictures.colour_entry(&full, &frame));
+        let patterns = full.as_ref().filter(|_| self.arguments.test_patterns);
+        let patterns = patterns
+            .map(|full| self.pictures.test_patterns(&array, full, &cache, context))
+            .transpose()?;
+        let colour = full.map(|full| self.pictures.colour_entry(&full, (&frame, patterns)));
         let file = ZonesFile { colour, ..self.describe(found, written, context.seed) };
         let json = sealed(serde_json::to_value(&file)?)?;
         write_json(&out.join(FILE), &json)?;
@@ -179,6 +190,7 @@ impl Command<'_> {
                     frame.drives.iter().flatten().any(|drive| *drive > 0.0),
                     "--levels: expected a rule by which the first picture lights a zone, got drives of 0 alone"
                 );
+                self.remove_film()?;
                 supersede(&out.join(FILE))?;
             }
             if let Some(path) = path.filter(|_| is_film) {
@@ -203,6 +215,24 @@ impl Command<'_> {
             csv::write_text_csv(&out.join(FILM_TABLE), &FILM_COLUMNS, &film)?;
         }
         first.context("no picture")
+    }
+
+    /// Removes the pictures of an earlier film that its results list.
+    fn remove_film(&self) -> Result<()> {
+        let out = &self.arguments.out;
+        let earlier = std::fs::read(out.join(FILE)).ok();
+        let earlier: Option<serde_json::Value> =
+            earlier.and_then(|bytes| serde_json::from_slice(&bytes).ok());
+        let files = earlier.as_ref().and_then(|of| of["files"].as_array()).into_iter().flatten();
+        for name in files.filter_map(|file| file["file"].as_str()) {
+            let Some(frame) = name.strip_prefix(&format!("{FILM_FOLDER}/")) else { continue };
+            let path = out.join(FILM_FOLDER).join(frame);
+            if !frame.contains(['/', '\\']) && path.is_file() {
+                std::fs::remove_file(&path)
+                    .with_context(|| format!("cannot remove `{}`", path.display()))?;
+            }
+        }
+        Ok(())
     }
 
     /// Files under the directory of results, the sealed one first.

@@ -44,7 +44,7 @@ use runtime::store::Store;
 
 use self::colour::{ColourFigures, PictureOnPanel};
 use self::map_receiver::{Frame, MapReceiver};
-use self::panel::{Cells, Panel};
+use self::panel::{Cells, Panel, biased};
 use self::places::Places;
 use self::reference::{Reference, sum_of};
 use self::responses::{Part, Responses, direct};
@@ -107,6 +107,11 @@ pub struct Pattern<'a> {
     pub colours: Option<&'a PictureOnPanel<'a>>,
     /// An eye whose own glare hides a part of the halo.
     pub viewing: Option<Viewing>,
+    /// Mean of each part of the light over the panel at full drive ([`FullDrive::light`]); of light
+    /// without colours that of the panel is taken.
+    ///
+    /// [`FullDrive::light`]: colour::FullDrive::light
+    pub full_light: &'a [f64],
 }
 
 /// Light of a pattern, in the quantity of the receiver.
@@ -172,6 +177,12 @@ impl<'a> ZonedDesign<'a> {
             ensure!(
                 from < low + 1e-6 * bin && to > low + length - 1e-6 * bin,
                 "--receiver: expected one over all packages, {name} from {low} to {} mm, got {:?} from {from} to {to} mm",
+                low + length,
+                receiver.name()
+            );
+            ensure!(
+                !frame.middles_within(k, [low, length]).is_empty(),
+                "--receiver: expected bins with a middle on the panel, {name} from {low} to {} mm, got {:?} with bins of {bin} mm",
                 low + length,
                 receiver.name()
             );
@@ -262,7 +273,14 @@ impl<'a> ZonedDesign<'a> {
         let groups = array.responses.groups;
         let mut reference = array.kept_reference(cache, context)?;
         let area = [0, 1].map(|axis| self.places.area_mm(axis));
-        let panel = Panel::new(self.frame, (self.zones, area), &array.parts, pattern);
+        // The bound of the bias at full drive, and at that of the pattern.
+        let beyond = reference.beyond.as_ref().map_or(0.0, reference::Beyond::bound);
+        let largest = pattern.drives.iter().flatten().copied().fold(0.0, f64::max);
+        let whole = [reference.white[groups]];
+        let full_light = if self.has_colours() { pattern.full_light } else { &whole };
+        let pattern = Pattern { full_light, ..pattern };
+        let light = (&array.parts[..], beyond * largest);
+        let panel = Panel::new(self.frame, (self.zones, area), light, pattern);
         let (shown, hidden) = array.with_pieces(pattern.drives, |pieces| {
             let shown = panel.show(pieces, &reference.white);
             let hidden = pattern.viewing.and_then(|viewing| {
@@ -283,27 +301,13 @@ impl<'a> ZonedDesign<'a> {
         let factor = self.receiver.factor();
         let without = &reference.white[..groups];
         let white = JackknifedFigure::new(reference.white[groups], without.to_vec()).estimate();
-        // The bound of the bias at full drive, and at that of the pattern.
-        let beyond = reference.beyond.as_ref().map_or(0.0, reference::Beyond::bound);
-        let bias =
-            beyond * white.value * pattern.drives.iter().flatten().copied().fold(0.0, f64::max);
-        let biased = |estimate: Estimate, bias: f64| {
-            if bias > 0.0 { estimate.with_bias(bias) } else { estimate }
-        };
-        // What is no more than leaks has the bias of what leaks.
-        let leak = 1.0 / pattern.contrast;
-        let of_panel = |value: f64, backlight: f64| {
-            if value <= backlight * leak * (1.0 + 1e-9) { bias * leak } else { bias }
-        };
+        let bias = beyond * white.value * largest;
         let zones = [0, 1].map(|k| {
-            let both = shown.zones[k].iter().zip(&shown.zones[0]);
-            let one =
-                |((figure, backlight), noise): ((&JackknifedFigure, &JackknifedFigure), &f64)| {
-                    let bias =
-                        if k == 0 { bias } else { of_panel(figure.value, backlight.value) + noise };
-                    biased(figure.estimate(), bias).times(factor)
-                };
-            both.zip(&shown.bias.zones).map(one).collect()
+            let one = |(figure, behind): (&JackknifedFigure, &f64)| {
+                let bias = if k == 0 { bias } else { *behind };
+                biased(figure.estimate(), bias).times(factor)
+            };
+            shown.zones[k].iter().zip(&shown.bias.zones).map(one).collect()
         });
         let halo = shown.halo.map(|[black, bright]| {
             let ratio = |black: f64, bright: f64| black / bright;
@@ -313,7 +317,6 @@ impl<'a> ZonedDesign<'a> {
                 without.map(|(black, bright)| ratio(*black, *bright)).collect(),
             );
             let [of_black, of_bright] = shown.bias.halo;
-            let (of_black, of_bright) = (bias * leak + of_black, bias + of_bright);
             let of_ratio = (of_black + contrast.value * of_bright) / bright.value;
             [
                 biased(black.estimate(), of_black).times(factor),
@@ -324,7 +327,7 @@ impl<'a> ZonedDesign<'a> {
         let [mut backlight, mut behind] = shown.maps;
         for (k, error) in backlight.1.iter_mut().enumerate() {
             *error = factor * error.hypot(bias / 3f64.sqrt());
-            let bias = of_panel(behind.0[k], backlight.0[k]) + shown.bias.bins[k];
+            let bias = shown.bias.bins[k];
             behind.1[k] = factor * behind.1[k].hypot(bias / 3f64.sqrt());
         }
         for value in backlight.0.iter_mut().chain(&mut behind.0) {

@@ -2,6 +2,8 @@
 //! The receiver whose map is added up: the plane of the design, or a level rectangle of
 //! `[[receivers]]`.
 
+use std::ops::Range;
+
 use anyhow::{Result, ensure};
 use serde_json::{Value, json};
 use tracer::Measurement;
@@ -38,6 +40,13 @@ impl Frame {
     /// Coordinate of the middle of bin `k` along an axis, mm.
     pub fn middle_mm(&self, axis: usize, k: usize) -> f64 {
         self.low_mm[axis] + (k as f64 + 0.5) * self.bin_mm[axis]
+    }
+
+    /// Bins whose middles lie within a lower end and a length along an axis, mm.
+    pub fn middles_within(&self, axis: usize, [low, length]: [f64; 2]) -> Range<usize> {
+        let is_on = |bin: &usize| (low..low + length).contains(&self.middle_mm(axis, *bin));
+        let on: Vec<usize> = (0..self.bins[axis]).filter(is_on).collect();
+        on.first().map_or(0..0, |first| *first..on[on.len() - 1] + 1)
     }
 }
 
@@ -130,6 +139,12 @@ impl<'a> MapReceiver<'a> {
             factor: per_watt * factor,
             measure: measures[..directions].iter().sum(),
         })
+    }
+
+    /// True of a luminance receiver.
+    pub fn is_luminance(&self) -> bool {
+        let of = self.receiver.map(|(_, receiver)| &receiver.detector.measurement);
+        of.is_some_and(|of| matches!(of, Measurement::Luminance(..)))
     }
 
     /// Name for people.

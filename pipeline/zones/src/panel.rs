@@ -103,7 +103,12 @@ pub(super) struct Panel<'a> {
     light: &'a [Part],
     /// The panel with sub-pixels, and X, Y and Z that are wanted in each bin.
     colours: Option<(&'a PictureOnPanel<'a>, Vec<[f64; 3]>)>,
+    /// Light that any bin may lack or have too much, by parts, and over full white.
+    beyond: (Vec<f64>, f64),
 }
+
+/// What a bin shows: luminance, missing and leaking.
+type Outcome = [f64; 3];
 
 /// Readings with all groups of paths, after those without each.
 type Readings = Vec<f64>;
@@ -116,13 +121,14 @@ pub(super) struct Shown {
     pub zones: [Vec<JackknifedFigure>; 2],
     /// Mean of black bins beside bright ones, and of bright ones; `None` without such bins.
     pub halo: Option<[JackknifedFigure; 2]>,
-    /// What noise leaves behind the panel.
+    /// What noise and light beyond the traced array leave behind the panel.
     pub bias: Bias,
     /// Colours, where parts of the light have some.
     pub colours: Option<ColourSums>,
 }
 
-/// Bounds of the bias that noise leaves where the backlight is about as bright as what is wanted.
+/// Bounds of the bias behind the panel: of noise where the backlight is about as bright as what is
+/// wanted, and of light beyond the traced array.
 pub(super) struct Bias {
     /// In each bin.
     pub bins: Vec<f64>,
@@ -152,21 +158,25 @@ struct ShownRow {
 struct ColourRow {
     /// X, Y and Z of the backlight and behind the panel.
     xyz: [Vec<[f64; 3]>; 2],
-    /// Sums over the black bins of each column of zones, by readings, and their parts.
+    /// Sums over the black bins of each column of zones, by readings and then with more and with less
+    /// light from beyond, and their parts.
     dark: Vec<(Vec<[f64; 3]>, f64)>,
     /// What is missing and leaks, by readings.
     accounts: Vec<Account>,
+    /// Bounds of the bias in what is missing and leaks.
+    bias: [f64; 2],
     /// The panel before each bin.
     places: Vec<Place>,
 }
 
 impl<'a> Panel<'a> {
     /// The panel of `frame` before `zones` over `area` (lower end and length along x and y, mm) and
-    /// these parts of the light, which shows the picture of `pattern`.
+    /// these parts of the light, of which any bin may lack or have `beyond` of full drive too much,
+    /// which shows the picture of `pattern`.
     pub fn new(
         frame: Frame,
         (zones, area): ([usize; 2], [[f64; 2]; 2]),
-        light: &'a [Part],
+        (light, beyond): (&'a [Part], f64),
         pattern: Pattern<'a>,
     ) -> Self {
         let parts = [0, 1].map(|axis| {
@@ -195,6 +205,7 @@ impl<'a> Panel<'a> {
             contrast: pattern.contrast,
             light,
             colours: wanted,
+            beyond: (pattern.full_light.iter().map(|mean| beyond * mean).collect(), beyond),
         };
         panel.roles = panel.roles();
         panel
@@ -262,7 +273,7 @@ impl<'a> Panel<'a> {
                 }
             }
             if let (Some(sums), Some(row)) = (&mut colours, row.colours) {
-                sums.add(row.xyz, row.places, &row.accounts);
+                sums.add(row.xyz, row.places, (&row.accounts, row.bias));
                 for (j, part) in &self.parts[1][y] {
                     let of_row = &mut sums.dark[j * self.zones[0]..][..self.zones[0]];
                     of_row.iter_mut().zip(&row.dark).for_each(|(sum, of)| sum.add(of, *part));
@@ -300,9 +311,9 @@ impl<'a> Panel<'a> {
         Shown { maps, zones, halo, bias, colours }
     }
 
-    /// The share of the halo that lies below the veil of the eye which looks at this `luminance`
-    /// ([`metrics::glare`]); `None` without black beside bright, or without a halo. Light is that of
-    /// [`Self::show`].
+    /// The share of the halo that lies below the veil of the eye which looks at what is wanted of this
+    /// `luminance` ([`metrics::glare`]); `None` without black beside bright, or without a halo. Light is
+    /// that of [`Self::show`].
     pub fn hidden(
         &self,
         pieces: &[Vec<Piece>],
@@ -312,32 +323,102 @@ impl<'a> Panel<'a> {
     ) -> Option<Estimate> {
         let (bins, groups) = (self.frame.bins, white.len() - 1);
         let Viewing { distance_mm, observer } = viewing;
-        let glare = Glare::new(luminance, bins, self.frame.bin_mm, distance_mm, observer);
+        // Without the halo, which is what may be hidden.
+        let wanted = |(bin, shown): (usize, &f64)| shown.min(self.wanted_y((bin, groups), white));
+        let wanted: Vec<f64> = luminance.iter().enumerate().map(wanted).collect();
+        let glare = Glare::new(&wanted, bins, self.frame.bin_mm, distance_mm, observer);
         let veil = glare.veils(|bin| self.roles[bin] == Role::Black);
         // Sums of the halo and of what of it lies below the veil, by readings.
         let read = |y: usize, rows: &[RowOfGroups]| {
             let totals: Vec<Vec<f64>> = rows.iter().map(RowOfGroups::total).collect();
-            let mut sums = vec![[0.0; 2]; groups + 1];
+            let mut sums = vec![[0.0; 2]; groups + 3];
             let mut light = vec![0.0; rows.len()];
             for x in (0..bins[0]).filter(|x| self.roles[y * bins[0] + x] == Role::Black) {
                 let bin = y * bins[0] + x;
-                for (reading, sum) in sums.iter_mut().enumerate() {
+                for (number, sum) in sums.iter_mut().enumerate() {
+                    let reading = number.min(groups);
                     light_of(rows, &totals, (x, reading), &mut light);
+                    // The last two have more light before less veil, and less before more.
+                    let more = [0.0, 1.0, -1.0][number - reading];
+                    let light = self.with_beyond(&light, more);
+                    let veil = veil[bin] * (1.0 - more * self.beyond.1);
                     let at = (bin, reading);
                     let halo = self.shown(at, &light, white[reading], &mut Account::default())[1];
                     sum[0] += halo.max(0.0);
-                    sum[1] += halo.max(0.0).min(veil[bin]);
+                    sum[1] += halo.max(0.0).min(veil);
                 }
             }
             sums
         };
-        let mut sums = vec![[0.0; 2]; groups + 1];
+        let mut sums = vec![[0.0; 2]; groups + 3];
         for row in rows_of_parts(bins, groups, pieces, read) {
             sums.iter_mut().zip(row).for_each(|(sum, row)| *sum = [0, 1].map(|k| sum[k] + row[k]));
         }
         let mut shares: Vec<f64> = sums.iter().map(|[halo, below]| below / halo).collect();
+        let ends = shares.split_off(groups + 1);
         let share = shares.pop().filter(|share| share.is_finite())?;
-        Some(JackknifedFigure::new(share, shares).estimate())
+        // Of no light at all nothing is hidden, or all.
+        let off = |end: &f64| if end.is_nan() { 1.0 } else { (end - share).abs() };
+        let estimate = JackknifedFigure::new(share, shares).estimate();
+        Some(biased(estimate, ends.iter().map(off).fold(0.0, f64::max)))
+    }
+
+    /// Luminance that the picture asks for in a bin; 0 outside of the panel.
+    fn wanted_y(&self, (bin, reading): (usize, usize), white: &[f64]) -> f64 {
+        let scale = self.colours.as_ref().map_or(white[reading], |(of, _)| of.scale[reading]);
+        let level = self.levels[bin];
+        if level.is_nan() { 0.0 } else { level * scale }
+    }
+
+    /// `light` by parts with so many times the light that may come from beyond.
+    fn with_beyond(&self, light: &[f64], times: f64) -> Vec<f64> {
+        let beyond = self.beyond.0.iter().chain(std::iter::repeat(&0.0));
+        light.iter().zip(beyond).map(|(light, more)| (light + times * more).max(0.0)).collect()
+    }
+
+    /// What a bin shows before `light`.
+    fn outcome(&self, at: (usize, usize), light: &[f64], white: f64) -> Outcome {
+        let mut account = Account::default();
+        let y = self.shown(at, light, white, &mut account)[1];
+        [y, account.missing, account.leaking]
+    }
+
+    /// Bounds of the bias in what a bin shows before `light`, whose channels have these standard
+    /// `errors` of their luminance.
+    ///
+    /// Noise of a channel: half the second difference over two standard errors s. Where the slope
+    /// changes by 1 at the distance d s it is s (2 - d) / 2, never less but for 0.01 s than the bias
+    /// s (φ(d) - d Φ(-d)) of normal noise, also in the mean over the d that noise gives. Light from
+    /// beyond: the largest difference that it makes, beside its share of white.
+    fn biases(&self, at: (usize, usize), light: &[f64], errors: &[f64], white: f64) -> Outcome {
+        let middle = self.outcome(at, light, white);
+        let mut bounds = [0.0; 3];
+        for (channel, error) in errors.iter().enumerate() {
+            let of_channel = |part: &Part| part.channel == channel;
+            let pairs = self.light.iter().zip(light).filter(|(part, _)| of_channel(part));
+            let luminance: f64 = pairs.map(|(part, light)| part.xyz[1] * light).sum();
+            if luminance <= 0.0 || *error <= 0.0 {
+                continue;
+            }
+            let step = (2.0 * error / luminance).min(1.0);
+            let ends = [1.0 - step, 1.0 + step].map(|factor| {
+                let scaled = self.light.iter().zip(light);
+                let scaled = scaled.map(|(part, l)| if of_channel(part) { factor * l } else { *l });
+                self.outcome(at, &scaled.collect::<Vec<f64>>(), white)
+            });
+            (0..3).for_each(|k| {
+                bounds[k] += 0.5 * (ends[0][k] + ends[1][k] - 2.0 * middle[k]).abs();
+            });
+        }
+        if self.beyond.1 > 0.0 {
+            let ends =
+                [1.0, -1.0].map(|more| self.outcome(at, &self.with_beyond(light, more), white));
+            (0..3).for_each(|k| {
+                let far = ends.iter().map(|end| (end[k] - middle[k]).abs()).fold(0.0, f64::max);
+                bounds[k] += far + self.beyond.1 * middle[0];
+            });
+        }
+        bounds
     }
 
     /// Means over zones and over the bins of the halo of `bins`.
@@ -413,7 +494,7 @@ impl<'a> Panel<'a> {
         let (bins, groups) = (self.frame.bins[0], rows[0].count());
         let totals: Vec<Vec<f64>> = rows.iter().map(RowOfGroups::total).collect();
         let first = y * bins;
-        let (levels, roles) = (&self.levels[first..][..bins], &self.roles[first..][..bins]);
+        let roles = &self.roles[first..][..bins];
         let whole = |x: usize| totals.iter().map(|total| total[x]).collect::<Vec<f64>>();
         let mut accounts = vec![Account::default(); groups + 1];
         let shown: Vec<[f64; 3]> = (0..bins)
@@ -426,7 +507,20 @@ impl<'a> Panel<'a> {
         let values = [luminance.collect(), shown.iter().map(|xyz| xyz[1]).collect::<Vec<f64>>()];
         let mut zones = [0, 1].map(|_| vec![vec![0.0; groups + 1]; self.zones[0]]);
         let mut halo = [0, 1].map(|_| vec![[0.0; 3]; groups + 1]);
-        let mut dark = vec![(vec![[0.0; 3]; groups + 1], 0.0); self.zones[0]];
+        let mut dark = vec![(vec![[0.0; 3]; groups + 3], 0.0); self.zones[0]];
+        let channels = self.light.iter().map(|part| part.channel + 1).max().unwrap_or(0);
+        let by_channel = |sums: &mut [f64], light: &[f64]| {
+            sums.fill(0.0);
+            let pairs = self.light.iter().zip(light);
+            pairs.for_each(|(part, light)| sums[part.channel] += part.xyz[1] * light);
+        };
+        let mut of_all = vec![vec![0.0; channels]; bins];
+        let mut of_one = vec![0.0; channels];
+        if self.colours.is_some() {
+            of_all.iter_mut().enumerate().for_each(|(x, sums)| by_channel(sums, &whole(x)));
+        }
+        // Squares of the differences of each channel.
+        let mut squares = vec![vec![0.0; channels]; bins];
         // Sums of differences from the reading of all groups, and of their squares.
         let mut moments = [0, 1].map(|_| vec![[0.0; 2]; bins]);
         let mut light = vec![0.0; rows.len()];
@@ -440,6 +534,12 @@ impl<'a> Panel<'a> {
                     let xyz = self.shown(at, &light, white[reading], &mut accounts[reading]);
                     ([self.luminance(&light), xyz[1]], xyz)
                 };
+                if reading < groups && self.colours.is_some() {
+                    by_channel(&mut of_one, &light);
+                    let pairs = of_one.iter().zip(&of_all[x]);
+                    let differences = squares[x].iter_mut().zip(pairs);
+                    differences.for_each(|(sum, (one, all))| *sum += (one - all).powi(2));
+                }
                 for k in 0..2 {
                     let difference = both[k] - values[k][x];
                     moments[k][x][0] += difference;
@@ -470,24 +570,50 @@ impl<'a> Panel<'a> {
             let [sum, squares] = moments[k][x];
             let scatter = ((squares - sum * sum / n).max(0.0) * (n - 1.0) / n).sqrt();
             // Light that no path brought may come all the same.
-            let share = if k == 0 { 1.0 } else { 1.0 / self.contrast };
-            with_one_path(Estimate::new(values[k][x], scatter), share * one_path(x)).standard_error
+            let one = match (&self.colours, k) {
+                (_, 0) => one_path(x),
+                (None, _) => one_path(x) / self.contrast,
+                (Some((colours, _)), _) => {
+                    let light: Vec<f64> = rows.iter().map(|row| row.one_path[x]).collect();
+                    colours.sub_pixels.before(&light).dark[1]
+                }
+            };
+            with_one_path(Estimate::new(values[k][x], scatter), one).standard_error
         };
         let errors: [Vec<f64>; 2] = [0, 1].map(|k| (0..bins).map(|x| error(k, x)).collect());
-        let of_bin = |x: usize| {
+        let of_bin = |x: usize| -> Outcome {
+            if self.levels[first + x].is_nan() {
+                return [0.0; 3];
+            }
+            let at = (first + x, groups);
+            if self.colours.is_some() {
+                let error = |sum: &f64| (sum * (n - 1.0) / n).sqrt();
+                let errors: Vec<f64> = squares[x].iter().map(error).collect();
+                return self.biases(at, &whole(x), &errors, white[groups]);
+            }
             let backlight = Estimate::new(values[0][x], errors[0][x]);
-            // Of sub-pixels, the backlight that is wanted behind their mean transmittance.
-            let scale = self.colours.as_ref().map_or(white[groups], |(colours, _)| {
-                colours.scale[groups] / colours.transmittance
-            });
-            let wanted = levels[x] * scale;
-            if wanted.is_nan() { 0.0 } else { panel_bias(backlight, wanted, self.contrast) }
+            let wanted = self.wanted_y(at, white);
+            let of_noise = panel_bias(backlight, wanted, self.contrast);
+            self.biases(at, &whole(x), &[], white[groups]).map(|bound| bound + of_noise)
         };
-        let bias = (0..bins).map(of_bin).collect();
+        let biases: Vec<Outcome> = (0..bins).map(of_bin).collect();
+        // What light from beyond adds to black and takes from it.
+        for x in (0..bins).filter(|x| roles[*x] == Role::Black) {
+            for (number, more) in [(groups + 1, 1.0), (groups + 2, -1.0)] {
+                let light = self.with_beyond(&whole(x), more);
+                let at = (first + x, groups);
+                let xyz = self.shown(at, &light, white[groups], &mut Account::default());
+                for (zone, part) in &self.parts[0][x] {
+                    add(&mut dark[*zone].0[number], xyz, *part);
+                }
+            }
+        }
+        let bias = biases.iter().map(|bounds| bounds[0]).collect();
         let colours = self.has_colours().then(|| ColourRow {
             xyz: [(0..bins).map(|x| xyz_of(self.light, &whole(x))).collect(), shown],
             dark,
             accounts,
+            bias: [1, 2].map(|k| biases.iter().map(|bounds| bounds[k]).sum()),
             places: self
                 .colours
                 .iter()
@@ -497,6 +623,11 @@ impl<'a> Panel<'a> {
         let one_path = (0..bins).map(one_path).fold(0.0, f64::max);
         ShownRow { values, errors, bias, zones, halo, one_path, colours }
     }
+}
+
+/// The estimate with this bound of its bias, if there is one.
+pub(super) fn biased(estimate: Estimate, bias: f64) -> Estimate {
+    if bias > 0.0 { estimate.with_bias(bias) } else { estimate }
 }
 
 /// Light by parts in a bin of a row, without a group, or of all where `reading` is their number.
@@ -530,4 +661,86 @@ pub(super) fn figure(mut sums: Readings, bins: f64, one_path: f64) -> Jackknifed
     let figure = JackknifedFigure::new(value, sums);
     let known = with_one_path(figure.estimate(), one_path / bins);
     JackknifedFigure { standard_error: known.standard_error, ..figure }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use formats::level_image::LevelImage;
+    use metrics::gamut::D65;
+    use metrics::{chromaticity, gamut};
+
+    use super::super::colour::PictureLight;
+    use super::super::panel_colour::SubPixels;
+
+    /// One bin before a light that passes red, green and blue sub-pixels, of whose luminance 1 they
+    /// pass 0.07: E[shown] of normal noise against the bound, which is in units behind the panel.
+    #[test]
+    fn the_bias_of_noise_behind_sub_pixels_is_within_its_bound() {
+        let columns = gamut::BT709.to_xyz(D65);
+        let behind = [0, 1, 2].map(|s| [0, 1, 2].map(|k| 0.07 * columns[k][s])).to_vec();
+        let parts =
+            [Part { channel: 0, xyz: chromaticity::xyz_of_xy(D65), behind: behind.clone() }];
+        let open = [[behind[0], behind[1], behind[2]]];
+        let white = chromaticity::xyz_of_xy(D65).map(|value| 0.07 * value);
+        let frame = Frame { bins: [1, 1], bin_mm: [1.0; 2], low_mm: [0.0; 2] };
+        // White, a saturated red, black.
+        for level in [[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0; 3]] {
+            let xyz = gamut::apply(&columns, level).map(|value| value as f32);
+            let picture = PictureLight { columns: 1, rows: 1, xyz: vec![xyz] };
+            let on_panel = PictureOnPanel {
+                picture: &picture,
+                sub_pixels: SubPixels::of_open(&open, [1e-3; 3]),
+                scale: vec![0.07],
+                white: vec![white],
+            };
+            let image = LevelImage { columns: 1, rows: 1, levels: vec![0.0] };
+            let pattern = Pattern {
+                drives: &[],
+                picture: &image,
+                contrast: 1000.0,
+                colours: Some(&on_panel),
+                viewing: None,
+                full_light: &[],
+            };
+            let whole = ([1, 1], [[0.0, 1.0]; 2]);
+            let panel = Panel::new(frame, whole, (&parts, 0.0), pattern);
+            let noise = 0.03;
+            for d in [0.0, 0.5, 1.0, -0.7, 3.0] {
+                let exact = 1.0 + d * noise;
+                let (mut weight, mut mean, mut bound) = (0.0, [0.0; 3], [0.0; 3]);
+                for step in -400..=400 {
+                    let z = f64::from(step) * 0.01;
+                    let density = (-0.5 * z * z).exp();
+                    let light = [exact + z * noise];
+                    weight += density;
+                    let seen = panel.outcome((0, 0), &light, 1.0);
+                    let stated = panel.biases((0, 0), &light, &[noise], 1.0);
+                    (0..3).for_each(|k| mean[k] += density * seen[k]);
+                    (0..3).for_each(|k| bound[k] += density * stated[k]);
+                }
+                let seen = panel.outcome((0, 0), &[exact], 1.0);
+                for k in 0..3 {
+                    let (bias, bound) = ((mean[k] / weight - seen[k]).abs(), bound[k] / weight);
+                    assert!(bias <= bound + 1e-4 * noise, "{level:?} {d} {k}: {bias} {bound}");
+                    // Nothing behind the panel is off by more than it passes.
+                    assert!(bound <= 0.07 * 2.0 * noise, "{level:?} {d} {k}: {bound}");
+                }
+                if d == 0.0 && level[1] > 0.0 {
+                    let bias = seen[0] - mean[0] / weight;
+                    assert!((bias - 0.07 * 0.398_942 * noise).abs() < 1e-4 * noise, "{bias}");
+                }
+            }
+            // Light from beyond: a tenth of full drive on black is a tenth of what leaks.
+            let beyond = Pattern { full_light: &[1.0], ..pattern };
+            let panel = Panel::new(frame, whole, (&parts, 0.1), beyond);
+            let [y, ..] = panel.biases((0, 0), &[1.0], &[0.0], 1.0);
+            if level == [0.0; 3] {
+                // Beside the same share of white.
+                assert!((y - 2.0 * 0.1 * 0.07e-3).abs() < 1e-9, "{y}");
+            } else {
+                assert!(y > 1e-3 * level[1], "{y}");
+            }
+        }
+    }
 }

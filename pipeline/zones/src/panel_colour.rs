@@ -244,17 +244,20 @@ impl Account {
 /// The panel before bins of a backlight, which pixels see linearly between the middles of bins.
 pub struct Backlight {
     size: [usize; 2],
+    /// Lower end of the panel and its length along x and y, in bins from the lower edge of the first.
+    area: [[f64; 2]; 2],
     places: Vec<Place>,
 }
 
 impl Backlight {
-    /// The panel before `columns` times `rows` places over its whole area, row by row.
+    /// The panel over this `area` (lower end and length along x and y, in bins from the lower edge of
+    /// the first) before `columns` times `rows` places, row by row.
     ///
     /// # Panics
     /// If there are not so many places, or none.
-    pub fn new([columns, rows]: [usize; 2], places: Vec<Place>) -> Self {
+    pub fn new([columns, rows]: [usize; 2], area: [[f64; 2]; 2], places: Vec<Place>) -> Self {
         assert!(places.len() == columns * rows && !places.is_empty(), "places of another size");
-        Self { size: [columns, rows], places }
+        Self { size: [columns, rows], area, places }
     }
 
     /// Shows a picture of `columns` times `rows` pixels over the panel, of which `wanted` gives X, Y and
@@ -287,7 +290,8 @@ impl Backlight {
     /// bins reach to the edge.
     fn bin(&self, axis: usize, pixel: usize, pixels: usize) -> (usize, f64) {
         let count = self.size[axis];
-        let at = (pixel as f64 + 0.5) * count as f64 / pixels as f64 - 0.5;
+        let [low, length] = self.area[axis];
+        let at = low + (pixel as f64 + 0.5) * length / pixels as f64 - 0.5;
         let at = at.clamp(0.0, (count - 1) as f64);
         (at as usize, at.fract())
     }
@@ -474,7 +478,8 @@ mod tests {
             let middle = |k: usize, count: usize| (k as f64 + 0.5) / count as f64;
             panel.before(&light(middle(k % 5, 5), middle(k / 5, 3)))
         });
-        let backlight = Backlight::new(bins, places.collect());
+        let whole = [[0.0, 5.0], [0.0, 3.0]];
+        let backlight = Backlight::new(bins, whole, places.collect());
         let read = |row: usize, shown: &[([f64; 3], Shown)]| (row, shown.to_vec());
         let bright = |_, _| [1e9; 3];
         let rows = backlight.show([20, 12], bright, read);
@@ -491,8 +496,19 @@ mod tests {
         }
         let order: Vec<usize> = rows.iter().map(|(row, _)| *row).collect();
         assert_eq!(order, (0..12).collect::<Vec<_>>());
+        // The edges of a panel may lie within bins: pixels see the light of their own place.
+        let places = (0..5).map(|i| panel.before(&light(f64::from(i) + 0.5, 0.0)));
+        let cut = Backlight::new([5, 1], [[0.4, 4.0], [0.0, 1.0]], places.collect());
+        let shown = cut.show([40, 1], bright, |_, shown| shown.to_vec()).concat();
+        for (column, (_, shown)) in shown.iter().enumerate() {
+            let x = (0.4 + (column as f64 + 0.5) / 10.0).clamp(0.5, 4.5);
+            let expected = panel.before(&light(x, 0.0)).white();
+            let is_near = |k: usize| (shown.xyz[k] / expected[k] - 1.0).abs() < 1e-12;
+            assert!((0..3).all(is_near), "{column}");
+        }
         // One bin lights all.
-        let one = Backlight::new([1, 1], vec![panel.before(&[1.0; 3])]);
+        let whole = [[0.0, 1.0]; 2];
+        let one = Backlight::new([1, 1], whole, vec![panel.before(&[1.0; 3])]);
         assert_eq!(one.show([2, 1], bright, |_, shown| shown[0].1 == shown[1].1), [true]);
     }
 }

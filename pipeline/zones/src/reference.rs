@@ -266,7 +266,7 @@ impl Array<'_> {
     }
 
     /// Light of an inner package beyond the walls of the traced array, which send it back.
-    fn beyond(&self) -> Option<Beyond> {
+    pub(super) fn beyond(&self) -> Option<Beyond> {
         let extended: Vec<usize> = (0..2).filter(|k| self.places.is_extended(*k)).collect();
         let reach = extended.iter().map(|k| self.places.reach(*k)).min()?;
         let inner = [0, 1].map(|k| self.places.stand_in(k, self.places.whole[k] / 2));

@@ -16,13 +16,19 @@ use crate::schema::reflectors::{Law, Metal};
 use crate::schema::solids::{ScatterLaw, Solid, SolidForm, SolidScatter, SurfaceLaw};
 use crate::schema::{self, DomeForm, Silicone, Spectrum, SpectrumForm};
 
-/// Each file that `raw` names, once, in the order of the design file.
+/// Each file that `raw` names, once, in the order of the design file, and those of its panel.
 ///
 /// # Errors
 /// A file that cannot be read.
-pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<Vec<FileRecord>> {
+pub fn inputs(raw: &schema::Design, folder: &Path) -> Result<[Vec<FileRecord>; 2]> {
+    let sub_pixels = raw.panel.iter().flat_map(|panel| &panel.sub_pixels);
+    let of_panel = sub_pixels.filter_map(|sub_pixel| sub_pixel.file.as_ref()).collect();
+    Ok([records(InputNames::of_design(raw).0, folder)?, records(of_panel, folder)?])
+}
+
+fn records(names: Vec<&String>, folder: &Path) -> Result<Vec<FileRecord>> {
     let mut inputs: Vec<FileRecord> = Vec::new();
-    for name in InputNames::of_design(raw).0 {
+    for name in names {
         let path = folder.join(name);
         let file = path.display().to_string();
         if inputs.iter().any(|known| known.file == file) {
@@ -69,8 +75,6 @@ impl<'a> InputNames<'a> {
             names.medium(&film.medium);
             film.top.iter().chain(&film.bottom).for_each(|face| names.scattering(face));
         }
-        let sub_pixels = raw.panel.iter().flat_map(|panel| &panel.sub_pixels);
-        names.0.extend(sub_pixels.filter_map(|sub_pixel| sub_pixel.file.as_ref()));
         names.0.extend(raw.prints.iter().flat_map(|print| &print.picture_file));
         names
     }

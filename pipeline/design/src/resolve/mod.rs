@@ -132,7 +132,7 @@ impl Design {
         let files =
             Files::load(&raw.files, source_file, folder, indices, bands).map_err(of_files)?;
         // Last: files that cannot be read were refused with their keys.
-        let named = input_files::inputs(raw, folder).map_err(of_files)?;
+        let [named, of_panel] = input_files::inputs(raw, folder).map_err(of_files)?;
         solids.extend(films);
         let design = Self {
             name: raw.name.clone(),
@@ -141,6 +141,7 @@ impl Design {
                 file: file.to_owned(),
                 sha256: sha256_hex(text.as_bytes()),
                 named,
+                of_panel,
             },
             dome,
             elements,

@@ -183,8 +183,8 @@ impl Design {
 }
 
 fn named_files(provenance: &Provenance) -> Vec<&str> {
-    // A design's own text is what all other fields were made of.
-    let Provenance { file: _, sha256: _, named } = provenance;
+    // A design's own text is what all other fields were made of; light meets the panel after them.
+    let Provenance { file: _, sha256: _, named, of_panel: _ } = provenance;
     named.iter().map(hash).collect()
 }
 
@@ -473,6 +473,42 @@ mod tests {
             assert_eq!(of(table, rows), base);
             assert_ne!(of(table, &rows.replace("620, 0, 0.9", "620, 0, 0.5")), base, "{table}");
         }
+    }
+
+    /// Filters of the panel come after the responses; a file that is also the spectrum of a die counts.
+    #[test]
+    fn traces_do_not_depend_on_filters_of_the_panel() {
+        let text = crate::NEW_RGB_BACKLIGHT;
+        let (before, rest) = text.split_once("[[panel.sub_pixels]]").expect("a panel");
+        let (_, after) = rest.split_once("[light]").expect("a light");
+        let filter = |name: &str| format!("[[panel.sub_pixels]]\nfile = \"filter_{name}.csv\"\n\n");
+        let filters = ["red", "green", "blue"].map(filter).concat();
+        let text = format!("{before}{filters}[light]{after}");
+        let folder = tempfile::tempdir().expect("a folder");
+        let write = |name: &str, rows: &str| {
+            std::fs::write(folder.path().join(name), rows).expect("written");
+        };
+        let of = |text: &str| {
+            let design = crate::parse("rgb.toml", text, folder.path()).expect("valid");
+            (design.trace_fields(ReliefModel::Elements), design.provenance.inputs())
+        };
+        for colour in ["red", "green", "blue"] {
+            write(&format!("filter_{colour}.csv"), "380,0.2\n780,0.2\n");
+        }
+        let base = of(&text);
+        assert_eq!(base.1.len(), 4);
+        write("filter_red.csv", "380,0.2\n780,0.3\n");
+        let changed = of(&text);
+        assert!(base.0 == changed.0 && base.1 != changed.1);
+        // Control: the same file as the light of the design.
+        let (before, die) = text.split_once("[sources.spectrum]").expect("a die");
+        let (_, after) = die.split_once("[[sources]]").expect("another");
+        let spectrum = "kind = \"table\"\nsamples = 1\nfile = \"filter_red.csv\"";
+        let lit = format!("{before}[sources.spectrum]\n{spectrum}\n\n[[sources]]{after}");
+        let base = of(&lit);
+        assert_eq!(base.1.len(), 4);
+        write("filter_red.csv", "380,0.2\n780,0.4\n");
+        assert_ne!(base.0, of(&lit).0);
     }
 
     #[test]

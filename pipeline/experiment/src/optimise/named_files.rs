@@ -48,7 +48,7 @@ impl<'a> NamedFiles<'a> {
         table: &mut toml::Table,
         design: &Design,
     ) -> BTreeMap<PathBuf, PathBuf> {
-        let named = design.provenance.named.iter().map(|record| PathBuf::from(&record.file));
+        let named = design.provenance.all_named().map(|record| PathBuf::from(&record.file));
         let used = design.files.used.iter().map(|used| self.folder.join(&used.file));
         let known: Vec<PathBuf> = named.chain(used).collect();
         let mut copies = BTreeMap::new();

@@ -159,7 +159,7 @@ fn check(mut head: CheckedFile<ProblemFile>) -> Result<Problem> {
         check_paths("verification.paths", paths)?;
     }
     let mut inputs = head.inputs;
-    inputs.extend(design.provenance.named.iter().cloned());
+    inputs.extend(design.provenance.all_named().cloned());
     inputs.extend(named.into_iter().flatten());
     inputs.extend(targets);
     Ok(Problem {

@@ -74,7 +74,7 @@ fn check(mut head: CheckedFile<StudyFile>, paths: Option<u64>) -> Result<Study> 
         checks::probe(probe, &setups[0].1)?;
     }
     for design in setups.iter().flat_map(|(_, designs)| designs) {
-        head.record(&design.provenance.named);
+        head.record(design.provenance.all_named());
     }
     Ok(Study { file, factors, setups, impossible, targets, inputs: head.inputs })
 }

@@ -170,7 +170,7 @@ fn check(mut head: CheckedFile<ToleranceFile>, overrides: Overrides) -> Result<T
     let constraints = constraints.collect::<Result<_>>()?;
     let deviations = Deviations::new(&source, &file.tolerances, &file.correlations)?;
     let mut inputs = head.inputs;
-    inputs.extend(design.provenance.named.iter().cloned());
+    inputs.extend(design.provenance.all_named().cloned());
     Ok(ToleranceAnalysis {
         name: file.name,
         description: file.description,

@@ -21,7 +21,7 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal, Union, get_args
 
@@ -323,7 +323,7 @@ def zones(
     design: DesignLike,
     pattern: Levels | Mapping[str, Levels] | None = None,
     *,
-    white: tuple[float, float] | str | None = None,
+    white: Sequence[float] | str | None = None,
     levels: str | None = None,
     power_limit: float | None = None,
     transfer: str | None = None,
@@ -388,7 +388,9 @@ def zones(
         cache,
         threads,
         model=_checks.choice("model", model, get_args(ZonesModelName)),
-        white=",".join(map(repr, white)) if isinstance(white, tuple) else white,
+        white=white
+        if white is None or isinstance(white, str)
+        else ",".join(repr(float(one)) for one in _checks.floats("white", white).ravel()),
         levels=levels,
         power_limit=power_limit,
         transfer=transfer,
