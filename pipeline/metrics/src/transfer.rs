@@ -75,7 +75,7 @@ mod tests {
     #[test]
     fn levels_and_light_are_the_published_ones() {
         for (nits, percent) in
-            [(0.0, 0.0), (1.0, 15.0), (10.0, 30.1), (100.0, 50.8), (203.0, 58.1), (1000.0, 75.2)]
+            [(0.0, 0.0), (1.0, 15.0), (10.0, 30.0), (100.0, 50.8), (203.0, 58.1), (1000.0, 75.2)]
         {
             let found = 100.0 * Transfer::Pq.level(nits / PQ_PEAK);
             assert!((found - percent).abs() < 0.06, "{nits}: {found}");
