@@ -12,7 +12,7 @@ use crate::mesh::Mesh;
 use crate::outline::{Outline, Surroundings, winding};
 use crate::panel::{Node, Panel, Reflection};
 use crate::quadrature::NODES;
-use crate::system::{SAMPLE, System, trace};
+use crate::system::{SAMPLE, System};
 use crate::tile::{Skeletons, Tile, skeletons};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -63,6 +63,8 @@ const LEAST_TILED: usize = 4 * TILE;
 const KEPT_SHARE: f64 = 0.13;
 /// Operations of skeletons over the square of the unknowns of a tile.
 const OPERATIONS_OF_TILE: f64 = 6e4;
+/// Bytes that a thread takes for the matrices of a tile and of its neighbours.
+const BYTES_OF_THREAD: f64 = 1.3e8;
 /// Error of a solution in single precision that exact equations confirm; a smaller one needs refinement.
 const SINGLE_ERROR: f64 = 1e-5;
 /// Share of the largest kernels that skeletons leave out.
@@ -206,7 +208,8 @@ impl Body {
         // needs beside them; with tiles the kernels between them and the factors of each as well.
         let factors = 8.0 * m * m * 1.05 + 12.0 * m * LU_WIDTH as f64;
         let each = if self.accuracy.tile < unknowns {
-            factors + 8.0 * m * m + 8.0 * n * 1.5 * TILE as f64
+            let threads = rayon::current_num_threads() as f64;
+            factors + 8.0 * m * m + 8.0 * n * 1.5 * TILE as f64 + BYTES_OF_THREAD * threads
         } else {
             factors + 48.0 * n * n
         };
@@ -289,7 +292,6 @@ impl Body {
         let skeletons = skeletons(coupling, &tiles, self.accuracy.skeletons);
         let kept = |count: fn(&Skeletons) -> usize| skeletons.iter().map(count).sum::<usize>();
         let (sent, received) = (kept(|s| s.sends.kept.len()), kept(|s| s.receives.kept.len()));
-        trace(&format!("{} tiles, {sent} sent, {received} received", tiles.len()));
         let reduced = if tiles.len() > 1 { sent.max(received) } else { self.cost().unknowns };
         self.check_memory(reduced)?;
         let (held, _) = self.held(reduced);
@@ -471,7 +473,6 @@ mod tests {
                 let tiles = |target| bins(&body(&outline, target, Some(320)), polarisation);
                 let [single, refined] =
                     [1e-2, 1e-10].map(|target| difference(&dense, &tiles(target)));
-                eprintln!("{polarisation}: {single:.1e} {refined:.1e}");
                 assert!(single < 2e-5, "{polarisation}: {single:e}");
                 assert!(refined < 1e-10, "{polarisation}: {refined:e}");
             }
@@ -487,29 +488,5 @@ mod tests {
             pool.expect("threads").install(solve)
         });
         assert!(solved[1] == solved[0] && solved[2] == solved[0]);
-    }
-
-    #[test]
-    #[ignore = "trial"]
-    fn trial() {
-        let env = |name: &str, v: f64| std::env::var(name).map_or(v, |v| v.parse().unwrap());
-        let (rings, count) = (env("BW_RINGS", 10.0) as usize, env("BW_SOURCES", 60.0) as usize);
-        let mut body = body(&stepped(rings, 10.0), env("BW_TARGET", 2e-5), None);
-        body.accuracy.tile = env("BW_TILE", body.accuracy.tile as f64) as usize;
-        body.accuracy.skeletons = env("BW_TOL", 1e-6) as f32;
-        let size = rings as f64 * 10.0 / 1.7;
-        let place = |i: usize| {
-            let across = (i as f64 + 0.5) / count as f64 - 0.5;
-            [size * across, 0.35 * size + 0.01 * i as f64]
-        };
-        let places: Vec<[f64; 2]> = (0..count).map(place).collect();
-        let tm = env("BW_TM", 0.0) > 0.5;
-        trace(&format!("{:?}", body.cost()));
-        let field = body.solve(if tm { Polarisation::Tm } else { Polarisation::Te }, &places);
-        let field = field.unwrap();
-        trace("solved");
-        let balance =
-            field.emitted().into_iter().zip(field.radiated()).map(|(e, r)| (r / e - 1.0).abs());
-        trace(&format!("balance {:.2e}", balance.fold(0.0, f64::max)));
     }
 }

@@ -5,7 +5,7 @@
 use crate::compression::{CMat, PER_PANEL};
 use crate::coupling::Sides;
 use crate::lu::{Factors, SingleMat};
-use crate::system::{System, single, trace};
+use crate::system::{System, single};
 use crate::tile::{Skeletons, Tile, nodes_of};
 use faer::linalg::matmul::matmul;
 use faer::prelude::ReborrowMut;
@@ -91,7 +91,6 @@ impl<'a> Reduced<'a> {
         let numbers = 0..system.tiles.len();
         let mut own: Vec<Vec<Own>> =
             numbers.into_par_iter().map(|number| Own::all(system, number)).collect();
-        trace("own");
         let starts = |count: fn(&Skeletons) -> usize| {
             system.skeletons.iter().fold(vec![0], |mut starts, skeletons| {
                 starts.push(starts[starts.len() - 1] + count(skeletons));
@@ -122,7 +121,6 @@ impl<'a> Reduced<'a> {
                 });
             }
         });
-        trace("kernels");
         let mut all = Vec::new();
         for (parity, kernels) in kernels.into_iter().enumerate().rev() {
             let own: Vec<Own> = own.iter_mut().map(|own| own.remove(parity)).collect();
@@ -151,9 +149,7 @@ impl<'a> Reduced<'a> {
                     }
                 },
             );
-            trace("matrix");
             let factors = Factors::new(entries, width);
-            trace("lu");
             let (sent, received) = (sent.clone(), received.clone());
             all.push(Self { tiles: system.tiles, own, sent, received, kernels, factors });
         }

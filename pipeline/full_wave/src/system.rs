@@ -74,7 +74,7 @@ impl<'a> System<'a> {
         let factors = Reduced::all(self);
         let mut found = factors.iter().zip(right).map(|(f, r)| f.solve(r)).collect::<Vec<_>>();
         let all: Vec<usize> = (0..self.coupling.mesh.panels.len()).collect();
-        if self.error(&found, right) < self.target {
+        if self.error(&factors, &found, right) < self.target {
             return Ok(self.densities(&found));
         }
         // Size of the last correction of each parity that is not yet done.
@@ -90,7 +90,6 @@ impl<'a> System<'a> {
                 let size = relative_size(correction, found);
                 *found += correction;
                 let contraction = size / before;
-                trace(&format!("correction {size:.2e}"));
                 *last = (size * contraction >= self.target).then_some(size);
                 // Also where it is no number.
                 if last.is_some() && contraction >= CONTRACTION || !size.is_finite() {
@@ -101,9 +100,9 @@ impl<'a> System<'a> {
         Ok(self.densities(&found))
     }
 
-    /// Error of solutions, relative to their norm, by the exact equations of some panels: the residual
-    /// of equations of the second kind times [`SAFETY`].
-    fn error(&self, found: &[CMat], right: &[CMat]) -> f64 {
+    /// Error of solutions, relative to their norm, by the exact equations of some panels: the larger of
+    /// their residuals and of what these correct, which a resonance enlarges, times [`SAFETY`].
+    fn error(&self, factors: &[Reduced<'_>], found: &[CMat], right: &[CMat]) -> f64 {
         let count = self.coupling.mesh.panels.len();
         let sampled = (SAMPLE / PER_PANEL).min(count);
         // The golden section spreads the panels evenly.
@@ -114,10 +113,18 @@ impl<'a> System<'a> {
         panels.dedup();
         let rests = self.rests(found, right, &panels);
         let share = (count as f64 / panels.len() as f64).sqrt();
-        let sizes = rests.iter().zip(found).map(|(rest, found)| relative_size(rest, found));
-        let error = SAFETY * share * sizes.fold(0.0, larger);
-        trace(&format!("error by {} panels {error:.2e}", panels.len()));
-        error
+        let corrected = |(factors, rest): (&Reduced<'_>, &CMat)| {
+            let mut all = CMat::zeros(self.size(), rest.ncols());
+            for (number, panel) in panels.iter().enumerate() {
+                let rows = rest.subrows(number * PER_PANEL, PER_PANEL);
+                all.subrows_mut(panel * PER_PANEL, PER_PANEL).copy_from(rows);
+            }
+            factors.solve(&all)
+        };
+        let corrections: Vec<CMat> = factors.par_iter().zip(&rests).map(corrected).collect();
+        let sizes = rests.iter().chain(&corrections).zip(found.iter().chain(found));
+        let sizes = sizes.map(|(rest, found)| relative_size(rest, found));
+        SAFETY * share * sizes.fold(0.0, larger)
     }
 
     /// R ρ'.
@@ -228,12 +235,4 @@ fn relative_size(correction: &CMat, found: &CMat) -> f64 {
 /// The larger of two numbers, or the one that is none.
 fn larger(a: f64, b: f64) -> f64 {
     if b > a || b.is_nan() { b } else { a }
-}
-
-pub(crate) fn trace(what: &str) {
-    static START: std::sync::LazyLock<std::time::Instant> =
-        std::sync::LazyLock::new(std::time::Instant::now);
-    if std::env::var_os("BW_TRACE").is_some() {
-        eprintln!("[{:.1} s] {what}", START.elapsed().as_secs_f64());
-    }
 }
