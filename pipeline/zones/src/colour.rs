@@ -660,7 +660,7 @@ pub fn painted(
 mod tests {
     use super::*;
 
-    /// Channels of lights at these wavelengths, alike all over the panel in three readings, of which
+    /// Channels of lights at these wavelengths, alike all over the panel in 17 readings, of which
     /// any place may lack a tenth.
     fn full(beyond: f64) -> FullDrive {
         let nm = [630.0, 530.0, 460.0];
@@ -670,7 +670,7 @@ mod tests {
             let behind = [0, 1, 2].map(|s| if s == channel { xyz } else { dark }).to_vec();
             Part { channel, xyz, behind }
         };
-        let means = vec![vec![1.0; 3]; 3];
+        let means = vec![vec![1.0; 17]; 3];
         FullDrive {
             cells: vec![means.clone(); 2],
             means,
