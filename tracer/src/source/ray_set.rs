@@ -81,6 +81,12 @@ impl RaySet {
         Self { starts: Bounds::of_points(starts), placement, records: self.records.clone() }
     }
 
+    /// The same rays, turned and scaled as those of `other`.
+    #[must_use]
+    pub fn placed_as(&self, other: &Self) -> Self {
+        self.turned(&other.placement)
+    }
+
     /// The same rays, which start `factor` times as far from the position of the source.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
@@ -162,6 +168,8 @@ mod tests {
         let set = RaySet::new(records).expect("two rays");
         let rotation = DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2);
         let placed = [set.turned(&rotation).scaled(1.6), set.scaled(1.6).turned(&rotation)];
+        let alike = set.placed_as(&placed[0]);
+        assert_eq!((alike.placement, alike.starts()), (placed[0].placement, placed[0].starts()));
         for placed in &placed {
             assert!(Arc::ptr_eq(&placed.records, &set.records));
             for number in 0..2 {

@@ -53,7 +53,12 @@ impl Design {
             if !light.emitters.contains(&number) {
                 *weight = 0.0;
             } else if let Colour::Rays(rays) = &light.light {
-                *emission = tracer::Emission::Rays(Arc::new(rays.at(nodes, node)?));
+                let rays = rays.at(nodes, node)?;
+                let placed = match &*emission {
+                    tracer::Emission::Rays(all) => rays.placed_as(all),
+                    _ => rays,
+                };
+                *emission = tracer::Emission::Rays(Arc::new(placed));
                 shared_by_nm = nodes.to_vec();
             }
         }
