@@ -409,7 +409,7 @@ fn the_noise_of_few_paths_is_within_the_errors_of_missing_light() {
         let entry = &found["colour"]["missing"];
         (value(entry), entry["standard_error"].as_f64().expect("an error"))
     };
-    let (few, many) = (of(1000), of(60_000));
+    let (few, many) = (of(4000), of(64_000));
     assert!(few.1 > 2.0 * many.1, "{few:?} {many:?}");
     assert!((few.0 - many.0).abs() < 3.0 * few.1.hypot(many.1), "{few:?} {many:?}");
 }

@@ -87,7 +87,7 @@ mod tests {
         let mut tags: Vec<(&[u8; 4], Vec<u8>)> = vec![(b"desc", b"desc\0\0\0\0sRGB".to_vec())];
         for ((name, _), xyz) in COLORANTS.iter().zip(colorants) {
             let numbers = xyz.into_iter().flat_map(step);
-            tags.push((name, b"XYZ \0\0\0\0".iter().copied().chain(numbers).collect()));
+            tags.push((*name, b"XYZ \0\0\0\0".iter().copied().chain(numbers).collect()));
         }
         tags.extend(CURVES.map(|name| (name, curve.to_vec())));
         let mut bytes = vec![0; 128];

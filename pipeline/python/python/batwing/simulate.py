@@ -21,7 +21,7 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Literal, Union, get_args
 
@@ -323,7 +323,7 @@ def zones(
     design: DesignLike,
     pattern: Levels | Mapping[str, Levels] | None = None,
     *,
-    white: Sequence[float] | str | None = None,
+    white: npt.ArrayLike | None = None,
     levels: str | None = None,
     power_limit: float | None = None,
     transfer: str | None = None,
