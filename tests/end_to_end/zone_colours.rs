@@ -215,6 +215,13 @@ fn the_panel_shows_the_picture_that_it_is_given() {
     assert_eq!(linear["colour"]["picture"], "BT.2020, linear");
 }
 
+/// BT.709 with D65, as IEC 61966-2-1 prints it.
+const TO_XYZ: [[f64; 3]; 3] =
+    [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
+
+/// A rule in words, and what it makes of what pixels need.
+type Rule = (&'static str, fn(&[f64]) -> f64);
+
 /// Levels by hand: what the pixels of a zone need by the matrix that the results state.
 #[test]
 fn levels_follow_from_the_picture_by_their_formula() {
@@ -224,19 +231,16 @@ fn levels_follow_from_the_picture_by_their_formula() {
     let pixels: Vec<u8> = numbers.map(|number| number as u8).collect();
     write_png(&at.join("film.png"), 6, &pixels);
     let line = "--picture film.png --transfer linear --white 6504K";
-    let rules: [(&str, &dyn Fn(&[f64]) -> f64); 4] = [
-        ("max", &|n| n.iter().copied().fold(0.0, f64::max)),
-        ("mean", &|n| n.iter().sum::<f64>() / 4.0),
-        ("rms", &|n| (n.iter().map(|n| n * n).sum::<f64>() / 4.0).sqrt()),
-        ("percentile=50", &|n| {
+    let rules: [Rule; 4] = [
+        ("max", |n| n.iter().copied().fold(0.0, f64::max)),
+        ("mean", |n| n.iter().sum::<f64>() / 4.0),
+        ("rms", |n| (n.iter().map(|n| n * n).sum::<f64>() / 4.0).sqrt()),
+        ("percentile=50", |n| {
             let mut n = n.to_vec();
             n.sort_by(f64::total_cmp);
             n[1]
         }),
     ];
-    // BT.709 with D65, as IEC 61966-2-1 prints it.
-    const TO_XYZ: [[f64; 3]; 3] =
-        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]];
     for (rule, level) in rules {
         let found = zones(at, &format!("{line} --levels {rule}"), rule);
         let stated = &found["colour"]["levels"];
