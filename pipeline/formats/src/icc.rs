@@ -16,13 +16,13 @@ const SAME: f64 = 2e-3;
 pub fn is_srgb(profile: &[u8]) -> bool {
     let is_near = |a: f64, b: f64| (a - b).abs() <= SAME;
     let has_colorant = |(name, xyz): (&[u8; 4], [f64; 3])| {
-        let tag = tag(profile, name).filter(|tag| tag.starts_with(b"XYZ "));
+        let tag = tag(profile, *name).filter(|tag| tag.starts_with(b"XYZ "));
         tag.is_some_and(|tag| {
             (0..3).all(|k| fixed(tag, 8 + 4 * k).is_some_and(|v| is_near(v, xyz[k])))
         })
     };
     let has_curve = |name: &[u8; 4]| {
-        let Some(tag) = tag(profile, name) else { return false };
+        let Some(tag) = tag(profile, *name) else { return false };
         // Light of sRGB at these levels (IEC 61966-2-1).
         [(0.1, 0.010_02), (0.5, 0.214_04), (0.8, 0.603_83)]
             .into_iter()
@@ -43,7 +43,7 @@ fn fixed(bytes: &[u8], at: usize) -> Option<f64> {
 }
 
 /// The bytes of a tag.
-fn tag<'a>(profile: &'a [u8], name: &[u8; 4]) -> Option<&'a [u8]> {
+fn tag(profile: &[u8], name: [u8; 4]) -> Option<&[u8]> {
     let count = number(profile, 128)?.min(100);
     let entry = |k: &usize| profile.get(132 + 12 * k..136 + 12 * k) == Some(&name[..]);
     let at = 132 + 12 * (0..count).find(entry)?;

@@ -244,7 +244,8 @@ impl Field {
         let fringe = TAU / (2.0 * self.media.index[1] * size);
         let count = edges.len().saturating_sub(1);
         // Even and odd light of one side are those of the other.
-        let mirrored = edges.iter().zip(edges.iter().rev()).all(|(a, b)| *a == -b);
+        let mirrored =
+            edges.iter().zip(edges.iter().rev()).all(|(a, b)| (a + b).abs() < f64::EPSILON);
         let folded = self.parts.len() == 2 && mirrored && count.is_multiple_of(2);
         let first = if folded { count / 2 } else { 0 };
         let mut angles = Vec::new();

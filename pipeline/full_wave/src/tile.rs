@@ -161,7 +161,9 @@ impl Sketch {
                 (false, false) => coupling.of_nodes(&nodes, &sampled),
             };
             let scale = if near { 1.0 } else { (stride as f32).sqrt() };
-            sides.iter().for_each(|side| add(&mut sketch, side, sends, scale, &mut signs));
+            for side in &sides {
+                add(&mut sketch, side, sends, scale, &mut signs);
+            }
         }
         Self(sketch)
     }

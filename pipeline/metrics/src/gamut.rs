@@ -67,7 +67,7 @@ pub fn inverse(m: &Matrix) -> Option<Matrix> {
     let determinant: f64 = (0..3).map(|j| m[0][j] * cofactor(0, j)).sum();
     let length = |j: usize| m.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
     let volume = length(0) * length(1) * length(2);
-    let is_flat = !(determinant.abs() > 1e-12 * volume);
+    let is_flat = determinant.is_nan() || determinant.abs() <= 1e-12 * volume;
     (!is_flat).then(|| [0, 1, 2].map(|i| [0, 1, 2].map(|j| cofactor(j, i) / determinant)))
 }
 

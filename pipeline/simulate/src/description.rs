@@ -88,7 +88,9 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
     if let Some(flux) = design.emitted {
         line("emits", emitted(&flux));
     }
-    sources(design).into_iter().for_each(|(key, words)| line(key, words));
+    for (key, words) in sources(design) {
+        line(key, words);
+    }
     for solid in &design.solids {
         line(if solid.is_film() { "film" } else { "solid" }, self::solid(solid));
     }

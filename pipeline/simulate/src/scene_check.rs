@@ -285,6 +285,9 @@ fn hidden(design: &Design) -> Option<(String, String)> {
     of_array.find(is_cause).map(CheckedSolid::place)
 }
 
+/// A list of packages: whether it is stated, its key and what it makes of packages, and how it is left out.
+type PackageList = (bool, (&'static str, &'static str), fn(&mut Array));
+
 /// The error of packages that fit without one of the lists by which each is scaled, turned and moved, or
 /// without all of them.
 fn moved(design: &Design, error: &Error) -> Option<ConfigError> {
@@ -296,7 +299,7 @@ fn moved(design: &Design, error: &Error) -> Option<ConfigError> {
         return None;
     };
     let array = &design.array;
-    let lists: [(bool, (&str, &str), fn(&mut Array)); 3] = [
+    let lists: [PackageList; 3] = [
         (array.has_own_scales(), ("array.scales", "packages of other sizes"), |array| {
             array.scales.clear();
         }),
@@ -308,9 +311,11 @@ fn moved(design: &Design, error: &Error) -> Option<ConfigError> {
         }),
     ];
     let stated: Vec<_> = lists.into_iter().filter(|(is_stated, ..)| *is_stated).collect();
-    let builds_without = |lists: &[(bool, (&str, &str), fn(&mut Array))]| {
+    let builds_without = |lists: &[PackageList]| {
         let mut still = design.clone();
-        lists.iter().for_each(|(_, _, clear)| clear(&mut still.array));
+        for (_, _, clear) in lists {
+            clear(&mut still.array);
+        }
         !lists.is_empty() && builds(&still)
     };
     let (key, got) = match stated.chunks(1).find(|one| builds_without(one)) {

@@ -353,7 +353,7 @@ impl<'a> Pictures<'a> {
     }
 
     /// A row of [`FILM_COLUMNS`].
-    pub fn film_row(&self, name: &str, frame: &Frame) -> Vec<String> {
+    pub fn film_row(name: &str, frame: &Frame) -> Vec<String> {
         let found = &frame.found;
         let zones = &found.zones[1];
         let mean = zones.iter().map(|zone| zone.value).sum::<f64>() / zones.len() as f64;

@@ -208,7 +208,7 @@ impl Command<'_> {
                         .with_context(|| format!("cannot create `{}`", folder.display()))?;
                     write_bytes(&folder.join(name), painted)?;
                 }
-                film.push(self.pictures.film_row(&name.to_string_lossy(), &frame));
+                film.push(Pictures::film_row(&name.to_string_lossy(), &frame));
             }
             first.get_or_insert(frame);
         }

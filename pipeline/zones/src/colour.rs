@@ -380,7 +380,9 @@ impl FullDrive {
         let mut sum = [0.0; 3];
         for (part, means) in self.parts.iter().zip(means).filter(|(part, _)| lit(part)) {
             let open = if self.has_sub_pixels() { &part.behind[..] } else { &[part.xyz] };
-            open.iter().for_each(|xyz| add(&mut sum, *xyz, means[reading]));
+            for xyz in open {
+                add(&mut sum, *xyz, means[reading]);
+            }
         }
         sum
     }

@@ -489,8 +489,8 @@ mod tests {
                 let x = clamp((column as f64 + 0.5) / 20.0, 5.0);
                 let y = clamp((*row as f64 + 0.5) / 12.0, 3.0);
                 let expected = panel.before(&light(x, y)).white();
-                for k in 0..3 {
-                    assert!((shown.xyz[k] / expected[k] - 1.0).abs() < 1e-12, "{column} {row}");
+                for (shown, expected) in shown.xyz.iter().zip(expected) {
+                    assert!((shown / expected - 1.0).abs() < 1e-12, "{column} {row}");
                 }
             }
         }

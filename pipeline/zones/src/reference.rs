@@ -165,7 +165,9 @@ impl Array<'_> {
             let sums = |row: &RowOfGroups, group: usize| {
                 let mut sums = vec![0.0; count[0]];
                 for (value, of_x) in row.group(group).iter().zip(&parts[0]) {
-                    of_x.iter().for_each(|(cell, part)| sums[*cell] += part * value);
+                    for (cell, part) in of_x {
+                        sums[*cell] += part * value;
+                    }
                 }
                 sums
             };

@@ -162,7 +162,9 @@ pub fn rows_of_parts<'a, T: Send>(
                 values: vec![0.0; groups * bins[0]],
                 one_path: vec![0.0; bins[0]],
             };
-            pieces.iter().for_each(|piece| piece.add_to(&mut sum, y));
+            for piece in pieces {
+                piece.add_to(&mut sum, y);
+            }
             sum
         };
         let sums: Vec<RowOfGroups> = parts.iter().map(|pieces| sum(pieces.as_ref())).collect();

@@ -88,7 +88,7 @@ impl Sight {
             direction: turn.undo(leaving).as_vec3(),
             place: turn.undo(-ray.at).truncate().as_vec2(),
             reach: reach2.sqrt() as f32,
-            light: [parameters, turn.undo(light.s)].map(|v| v.as_vec3()),
+            light: [parameters, turn.undo(light.s)].map(DVec3::as_vec3),
         }
     }
 
@@ -101,7 +101,7 @@ impl Sight {
     }
 
     pub fn light(&self) -> Stokes {
-        let [parameters, s] = self.light.map(|v| v.as_dvec3());
+        let [parameters, s] = self.light.map(Vec3::as_dvec3);
         Stokes { q: parameters.x, u: parameters.y, v: parameters.z, s }
     }
 

@@ -328,7 +328,7 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         }
         let share = stack.cone.sin2 * stack.cells.count() as f64 * mean;
         let mut seen = *path;
-        seen.weight *= weight * share * stack.seen_of(&sight, path.ray.direction, light, turn);
+        seen.weight *= weight * share * seen_of(&sight, path.ray.direction, light, turn);
         seen.wavelength = sight.wavelength;
         seen.scatterings = 0;
         let line = stack.layers[usize::from(sight.wavelength)].top_line();
@@ -580,6 +580,18 @@ fn turned(light: Stokes, turn: &Turn) -> Stokes {
     Stokes { q: light.q, u: sign * light.u, v: sign * light.v, s: turn.apply(light.s) }
 }
 
+/// Share of light, over that of unpolarised light, that a sight has of a ray along `direction`.
+fn seen_of<L: Light>(sight: &Sight, direction: DVec3, light: &L, turn: &Turn) -> f64 {
+    if !L::CARRIED {
+        return 1.0;
+    }
+    let seen = turned(sight.light(), turn);
+    let across = seen.s - direction * direction.dot(seen.s);
+    let Some(s) = across.try_normalize() else { return 1.0 };
+    let own = light.stokes().turned(direction, s);
+    1.0 + own.q * seen.q - own.u * seen.u + own.v * seen.v
+}
+
 impl BoundStack<'_> {
     /// Weight of a ray traced backwards that leaves below, for light that has got into the films there.
     fn within(&self, ray: &Traveller, is_carried: bool) -> f64 {
@@ -588,18 +600,6 @@ impl BoundStack<'_> {
             Some((_, Some((reflectance, _)))) if !is_carried => ray.weight / (1.0 - reflectance),
             _ => ray.weight,
         }
-    }
-
-    /// Share of light, over that of unpolarised light, that a sight has of a ray along `direction`.
-    fn seen_of<L: Light>(&self, sight: &Sight, direction: DVec3, light: &L, turn: &Turn) -> f64 {
-        if !L::CARRIED {
-            return 1.0;
-        }
-        let seen = turned(sight.light(), turn);
-        let across = seen.s - direction * direction.dot(seen.s);
-        let Some(s) = across.try_normalize() else { return 1.0 };
-        let own = light.stokes().turned(direction, s);
-        1.0 + own.q * seen.q - own.u * seen.u + own.v * seen.v
     }
 
     /// Puts a path to where light has come to an end of the films, between or in them.

@@ -41,8 +41,6 @@ pub(crate) struct Receivers<'a> {
     read_from: f64,
     /// True if any reads surfaces.
     surfaces: bool,
-    /// True if any has a filter.
-    filters: bool,
     /// True if any asks for the past of light.
     history: bool,
     light: bool,
@@ -67,7 +65,7 @@ impl<'a> Receivers<'a> {
 
     /// True if any needs every interaction.
     pub fn observe_interactions(&self) -> bool {
-        self.filters || self.surfaces
+        self.surfaces || self.all.iter().any(|receiver| receiver.filter.is_some())
     }
 
     /// Receivers that fit the scene.
@@ -85,7 +83,6 @@ impl<'a> Receivers<'a> {
             is_viewer: false,
         };
         let all: Vec<_> = receivers.iter().map(compiled).collect();
-        let filters = all.iter().any(|receiver| receiver.filter.is_some());
         let needs = |wanted: fn(Needs<'_>) -> bool| receivers.iter().any(|r| wanted(r.needs()));
         Self {
             scene,
@@ -97,8 +94,7 @@ impl<'a> Receivers<'a> {
                 f64::NAN
             },
             surfaces: needs(|needs| matches!(needs, Needs::Surface(_))),
-            filters,
-            history: filters,
+            history: all.iter().any(|receiver| receiver.filter.is_some()),
             light: all.iter().any(|receiver| receiver.stokes_axis.is_some()),
             all,
         }
@@ -171,10 +167,11 @@ impl<'a> Tally<'a> {
     pub fn view(&mut self, ray: &Ray, length: f64, weight: f64, history: &PathHistory) {
         for (receiver, readings) in self.receivers.all.iter().zip(&mut self.totals.readings) {
             let filter = &receiver.filter;
-            if receiver.is_viewer && filter.as_ref().is_none_or(|filter| filter.passes(history)) {
-                if let Some(bin) = receiver.receiver.bin(ray, length) {
-                    readings[bin] += weight;
-                }
+            if receiver.is_viewer
+                && filter.as_ref().is_none_or(|filter| filter.passes(history))
+                && let Some(bin) = receiver.receiver.bin(ray, length)
+            {
+                readings[bin] += weight;
             }
         }
     }

@@ -171,20 +171,32 @@ impl Design {
             step_nm,
             polarization: raw.light.polarization,
         };
-        design.check_relief(&at)?;
-        let lights = design.colour_lights();
-        if design.converts() && raw.panel.as_ref().is_some_and(|p| !p.sub_pixels.is_empty()) {
+        design.finish(raw, folder, asks_for_bands, &at)
+    }
+
+    /// Checks what all parts have to do with each other, and adds the panel, whose filters look at the
+    /// light of all sources.
+    fn finish(
+        self,
+        raw: &schema::Design,
+        folder: &Path,
+        asks_for_bands: bool,
+        at: &Context,
+    ) -> Result<Self, ConfigError> {
+        self.check_relief(at)?;
+        let lights = self.colour_lights();
+        if self.converts() && raw.panel.as_ref().is_some_and(|p| !p.sub_pixels.is_empty()) {
             let expected =
                 "none where a medium converts light, whose spectrum is not known by place";
             return Err(at.value("panel.sub_pixels", "given", expected));
         }
-        let panel = raw.panel.as_ref().map(|raw| panel::resolve(raw, &lights, folder, &at));
-        let design = Self { panel: panel.transpose()?, ..design };
-        luminescence::check(&design, raw, &at)?;
-        light::check_ends(&design, raw, Self::check_relief, &at)?;
-        let tables = luminescence::check_tables(&design, &at)
-            .and_then(|()| design.check_tables(&at))
-            .and_then(|()| light::check_ends(&design, raw, Self::check_tables, &at));
+        let panel = raw.panel.as_ref().map(|raw| panel::resolve(raw, &lights, folder, at));
+        let design = Self { panel: panel.transpose()?, ..self };
+        luminescence::check(&design, raw, at)?;
+        light::check_ends(&design, raw, Self::check_relief, at)?;
+        let tables = luminescence::check_tables(&design, at)
+            .and_then(|()| design.check_tables(at))
+            .and_then(|()| light::check_ends(&design, raw, Self::check_tables, at));
         match tables {
             Err(error) if !asks_for_bands => {
                 Ok(Self { without_bands: Some(error.without_file()), ..design })

@@ -223,12 +223,11 @@ pub(crate) fn array(
             None => Placed::default(),
         };
     let array = Array {
-        positions: match &raw.positions_file {
-            Some(file) => PackagePositions::List { positions_mm, turns_deg, file: file.clone() },
-            None => {
-                let (columns, rows, arrangement) = (raw.columns, raw.rows, raw.arrangement);
-                PackagePositions::Grid { columns, rows, arrangement }
-            }
+        positions: if let Some(file) = &raw.positions_file {
+            PackagePositions::List { positions_mm, turns_deg, file: file.clone() }
+        } else {
+            let (columns, rows, arrangement) = (raw.columns, raw.rows, raw.arrangement);
+            PackagePositions::Grid { columns, rows, arrangement }
         },
         pitch_mm: raw.pitch_mm,
         crossing: raw.crossing,

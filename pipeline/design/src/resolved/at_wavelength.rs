@@ -78,6 +78,9 @@ impl Design {
     }
 
     /// The lights of all sources, of a single wavelength too.
+    ///
+    /// # Panics
+    /// Never: the wavelength of a design is checked.
     pub fn colour_lights(&self) -> Lights {
         let line = || {
             let line = Spectrum::line(self.wavelength_nm, Weighting::Radiometric);

@@ -67,7 +67,7 @@ pub fn seen(
         let step = (size[0].max(size[1]) / STRIPES).max(1);
         sheet.canvas.image(panel.area, size, false, |column, row| {
             let xyz = light[(size[1] - 1 - row) * size[0] + column];
-            let is_striped = is_out_of_srgb(xyz) && (column + row) / step % 4 == 0;
+            let is_striped = is_out_of_srgb(xyz) && ((column + row) / step).is_multiple_of(4);
             if is_striped { STRIPE } else { real(xyz) }
         });
         let share = match 100.0 * beyond as f64 / light.len() as f64 {
