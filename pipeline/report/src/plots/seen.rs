@@ -131,7 +131,9 @@ mod tests {
         let xyz = [D65.map(|v| 400.0 * v), D65.map(|v| 200.0 * v), [43.0, 200.0, 9.0], [0.0; 3]];
         let one = SeenPicture { name: "panel", size: [2, 2], xyz: &xyz };
         let picture = drawn(&[one, one], 400.0).expect("drawn");
-        assert!(picture.svg().contains("panel: white is 400 cd/m²; 25 % beyond sRGB"));
+        // The slash is escaped.
+        let svg = picture.svg().replace("&#x2f;", "/");
+        assert!(svg.contains("panel: white is 400 cd/m²; 25 % beyond sRGB"));
         let dark = SeenPicture { name: "film", size: [1, 1], xyz: &xyz[3..] };
         let words = drawn(&[dark], 1.0).expect("drawn");
         assert!(words.svg().contains("nothing beyond sRGB"), "{}", words.svg());
