@@ -15,6 +15,7 @@
 //! ([`reference::Beyond`]). No place then lacks or has more than ε W max d_p, with W the mean at full
 //! drive: this bounds the bias of every value.
 
+mod cells;
 pub mod colour;
 pub mod levels;
 pub mod map_receiver;
@@ -42,9 +43,10 @@ use runtime::key::Key;
 use runtime::run_context::RunContext;
 use runtime::store::Store;
 
+use self::cells::Cells;
 use self::colour::{ColourFigures, PictureOnPanel};
 use self::map_receiver::{Frame, MapReceiver};
-use self::panel::{Cells, Panel, biased};
+use self::panel::{Panel, biased};
 use self::places::Places;
 use self::reference::{Reference, sum_of};
 use self::responses::{Part, Responses, direct};

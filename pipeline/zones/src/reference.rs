@@ -11,7 +11,8 @@ use metrics::layout::Layout;
 use metrics::{Estimate, Grouped, JackknifedFigure};
 
 use super::Array;
-use super::panel::{Cells, figure, inside};
+use super::cells::{Cells, inside};
+use super::panel::figure;
 use super::superposition::{Block, Piece, RowOfGroups, rows, rows_of_parts};
 
 /// Bins of the map at full drive times groups, beyond which groups are merged for its extremes.

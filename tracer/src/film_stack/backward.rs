@@ -31,8 +31,8 @@ use glam::{DVec2, DVec3, Vec2, Vec3};
 use rand::Rng;
 
 use super::cells::Turn;
-use super::layers::{Layers, Traveller};
 use super::part::PLENTY;
+use super::traveller::Traveller;
 use crate::optics::polarisation::Stokes;
 use crate::random;
 
@@ -247,26 +247,9 @@ pub(super) struct Excitations {
 }
 
 impl Excitations {
-    /// Of the films at each of these wavelengths, nm.
-    pub fn new(layers: &[Layers<'_>], wavelengths_nm: &[f64]) -> Self {
-        let of = |space: usize, emitted: usize| -> Vec<f64> {
-            let mut sum = 0.0;
-            let sums = layers.iter().zip(wavelengths_nm).map(|(films, nm)| {
-                let dense = (films.index(space) / layers[emitted].index(space)).powi(2);
-                let shift = nm / wavelengths_nm[emitted] * dense;
-                let rates = films.luminophores(space).iter().map(|(luminophore, _)| {
-                    luminophore.absorption_per_mm * luminophore.yields(emitted, shift)
-                });
-                sum += rates.sum::<f64>();
-                sum
-            });
-            let sums: Vec<f64> = sums.collect();
-            if sum > 0.0 { sums } else { Vec::new() }
-        };
-        let count = wavelengths_nm.len();
-        let spaces = layers.first().map_or(0, Layers::count);
-        let sums = (0..spaces).flat_map(|space| (0..count).map(move |emitted| (space, emitted)));
-        Self { wavelengths: count, sums: sums.map(|(space, emitted)| of(space, emitted)).collect() }
+    /// Of so many wavelengths, by sums for each space and each of them.
+    pub fn new(wavelengths: usize, sums: Vec<Vec<f64>>) -> Self {
+        Self { wavelengths, sums }
     }
 }
 
@@ -333,7 +316,7 @@ mod tests {
     use bsdf::{AxisShares, Outline, Polariser, Polygon, UnitCell};
 
     use super::super::cells::{Cells, StackSymmetry};
-    use super::super::layers::LayerWalk;
+    use super::super::layers::{LayerWalk, Layers};
     use super::*;
     use crate::optics::luminescence::Luminophore;
     use crate::optics::phase::{PhaseFunction, Scattering};
@@ -434,7 +417,7 @@ mod tests {
             })
             .collect();
         let layers: Vec<Layers<'_>> = scenes.iter().map(Layers::new).collect();
-        let excitations = Excitations::new(&layers, &NM[..scenes.len()]);
+        let excitations = Layers::excitations(&layers, &NM[..scenes.len()]);
         assert!(layers.iter().all(Layers::are_reciprocal));
         let is_ours = |direction: DVec3| direction.x > 0.0 && direction.y > 0.0;
         let s_of = |direction: DVec3| direction.cross(DVec3::X).normalize();

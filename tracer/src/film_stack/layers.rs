@@ -11,6 +11,7 @@ use glam::{DVec2, DVec3};
 use super::backward::{Backwards, Excitations};
 use super::cells::Turn;
 use super::part::{Course, Exit, FilmOutcome};
+use super::traveller::Traveller;
 use crate::ledger::Loss;
 use crate::optics::fresnel::refract;
 use crate::optics::luminescence::Luminophore;
@@ -63,26 +64,6 @@ pub(super) struct Layers<'a> {
     spaces: Vec<Space<'a>>,
     faces: Vec<Face<'a>>,
     films: usize,
-}
-
-/// Light between two faces.
-#[derive(Clone, Copy)]
-pub(super) struct Traveller {
-    pub at: DVec3,
-    pub direction: DVec3,
-    pub space: usize,
-    pub weight: f64,
-    pub scatterings: u32,
-    pub wavelength: u16,
-    pub history: PathHistory,
-    pub reach2: f64,
-}
-
-impl Traveller {
-    /// Records how far from where it met the stack the light has been.
-    fn reach(&mut self, at: DVec3) {
-        self.reach2 = self.reach2.max(at.truncate().length_squared());
-    }
 }
 
 /// A rectangle about the origin that ends films, seen from where light meets the stack.
@@ -171,19 +152,36 @@ impl<'a> Layers<'a> {
     }
 
     /// The luminophores of a space.
-    pub fn luminophores(&self, space: usize) -> &[(Luminophore, usize)] {
+    fn luminophores(&self, space: usize) -> &[(Luminophore, usize)] {
         let collisions = self.spaces[space].medium.collisions.as_ref();
         collisions.map_or(&[], |collisions| collisions.luminophores())
     }
 
     /// Refractive index of a space.
-    pub fn index(&self, space: usize) -> f64 {
+    fn index(&self, space: usize) -> f64 {
         self.spaces[space].medium.index
     }
 
-    /// Number of spaces.
-    pub fn count(&self) -> usize {
-        self.spaces.len()
+    /// Where conversion comes from in films at each of these wavelengths, nm.
+    pub fn excitations(films: &[Self], wavelengths_nm: &[f64]) -> Excitations {
+        let of = |space: usize, emitted: usize| -> Vec<f64> {
+            let mut sum = 0.0;
+            let sums = films.iter().zip(wavelengths_nm).map(|(own, nm)| {
+                let dense = (own.index(space) / films[emitted].index(space)).powi(2);
+                let shift = nm / wavelengths_nm[emitted] * dense;
+                let rates = own.luminophores(space).iter().map(|(luminophore, _)| {
+                    luminophore.absorption_per_mm * luminophore.yields(emitted, shift)
+                });
+                sum += rates.sum::<f64>();
+                sum
+            });
+            let sums: Vec<f64> = sums.collect();
+            if sum > 0.0 { sums } else { Vec::new() }
+        };
+        let count = wavelengths_nm.len();
+        let spaces = films.first().map_or(0, |films| films.spaces.len());
+        let sums = (0..spaces).flat_map(|space| (0..count).map(move |emitted| (space, emitted)));
+        Excitations::new(count, sums.map(|(space, emitted)| of(space, emitted)).collect())
     }
 
     /// Number of films but one: of gaps, with those that contact closes.

@@ -28,6 +28,7 @@ mod cells;
 mod layers;
 mod part;
 mod surface;
+mod traveller;
 mod walker;
 
 pub use cells::StackSymmetry;

@@ -5,8 +5,9 @@ use glam::{DVec2, DVec3};
 
 use super::backward::{Excitations, Sight, Sights};
 use super::cells::{Cells, Turn};
-use super::layers::{Ends, LayerWalk, Layers, SAME, Traveller};
+use super::layers::{Ends, LayerWalk, Layers, SAME};
 use super::part::{Cone, Course, Entry, Exit, FilmOutcome, MOST, Part, Way};
+use super::traveller::Traveller;
 use super::{FilmTable, Passage, StackBorder, TabulatedFilms, Viewer};
 use crate::error::{Error, check};
 use crate::ledger::Ledger;
@@ -92,7 +93,7 @@ impl<'a> BoundStack<'a> {
         let within = table.half_mm.map(|half| if has_ends { half - TO_END_MM } else { half });
         let half_mm = if has_ends { within.into() } else { DVec2::INFINITY };
         let counts = [layers[0].gaps() + 1, table.scenes[0].bodies[0].surfaces.len()];
-        let excitations = Excitations::new(&layers, wavelengths);
+        let excitations = Layers::excitations(&layers, wavelengths);
         let faces =
             scenes.iter().map(|scene| FilmFaces::new(scene, table.ends_mm(), counts, within));
         Ok(Self {
