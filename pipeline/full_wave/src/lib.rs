@@ -47,6 +47,7 @@ pub mod bessel;
 mod body;
 mod compression;
 mod coupling;
+mod equations;
 mod error;
 mod field;
 mod kernel;

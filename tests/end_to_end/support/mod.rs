@@ -3,4 +3,5 @@
 
 pub mod binary;
 pub mod grating;
+pub mod pictures;
 pub mod runs;
