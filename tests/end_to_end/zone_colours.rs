@@ -350,7 +350,8 @@ fn filters_of_the_panel_keep_the_responses() {
     let at = folder.path();
     let [[nm, share], ..] = FILTERS;
     let rows = |factor: f64| -> String {
-        nm.iter().zip(share).map(|(nm, share)| format!("{nm},{}\n", factor * share)).collect()
+        let row = |(nm, share): (&f64, f64)| format!("{nm},{}\n", factor * share);
+        nm.iter().zip(share).map(row).collect::<Vec<String>>().concat()
     };
     let inner = format!("wavelength_nm = {nm:?}\ntransmittance = {share:?}\n");
     let text = coloured();

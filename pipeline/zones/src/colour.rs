@@ -19,9 +19,9 @@ use metrics::transfer::Transfer;
 use metrics::{Estimate, Grouped, JackknifedFigure, chromaticity, itp};
 use runtime::run_context::RunContext;
 
-use super::levels::Needs;
+use super::estimates::biased;
 use super::map_receiver::Frame;
-use super::panel::biased;
+use super::needs::Needs;
 use super::panel_colour::{Account, Backlight, PictureColours, Place, SubPixels};
 use super::reference::Beyond;
 use super::responses::Part;

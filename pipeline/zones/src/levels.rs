@@ -18,11 +18,11 @@
 //! limit, one factor lowers all levels.
 
 use anyhow::{Result, ensure};
-use metrics::gamut::{Matrix, apply};
 use rayon::prelude::*;
 
 use super::MIN_DRIVE;
 use super::colour::PictureLight;
+pub use super::needs::Needs;
 
 /// How pixels of a zone give its level.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,26 +49,6 @@ impl Rule {
                 *needs.select_nth_unstable_by(rank - 1, f64::total_cmp).1
             }
         }
-    }
-}
-
-/// Levels that pixels need.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Needs {
-    /// From X, Y and Z, where white has Y = 1.
-    pub matrix: Matrix,
-    /// True if each row is a channel; else all channels need the largest row.
-    pub by_channel: bool,
-}
-
-impl Needs {
-    /// Of grey pictures, whose levels stand in place of X, Y and Z.
-    pub const GREY: Self =
-        Self { matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], by_channel: false };
-
-    fn of(&self, xyz: [f32; 3]) -> [f64; 3] {
-        let all = apply(&self.matrix, xyz.map(f64::from)).map(|need| need.clamp(0.0, 1.0));
-        if self.by_channel { all } else { [all.into_iter().fold(0.0, f64::max); 3] }
     }
 }
 

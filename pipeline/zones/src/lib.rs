@@ -17,8 +17,10 @@
 
 mod cells;
 pub mod colour;
+mod estimates;
 pub mod levels;
 pub mod map_receiver;
+mod needs;
 mod panel;
 pub mod panel_colour;
 pub mod places;
@@ -45,8 +47,9 @@ use runtime::store::Store;
 
 use self::cells::Cells;
 use self::colour::{ColourFigures, PictureOnPanel};
+use self::estimates::biased;
 use self::map_receiver::{Frame, MapReceiver};
-use self::panel::{Panel, biased};
+use self::panel::Panel;
 use self::places::Places;
 use self::reference::{Reference, sum_of};
 use self::responses::{Part, Responses, direct};

@@ -9,6 +9,7 @@ use metrics::{Estimate, JackknifedFigure};
 use super::Pattern;
 use super::cells::{Cells, Parts, resampled};
 use super::colour::{ColourSums, PictureOnPanel, add};
+use super::estimates::{biased, figure};
 use super::map_receiver::Frame;
 use super::panel_colour::{self, Account, Place};
 use super::responses::Part;
@@ -588,11 +589,6 @@ impl<'a> Panel<'a> {
     }
 }
 
-/// The estimate with this bound of its bias, if there is one.
-pub(super) fn biased(estimate: Estimate, bias: f64) -> Estimate {
-    if bias > 0.0 { estimate.with_bias(bias) } else { estimate }
-}
-
 /// Light by parts in a bin of a row, without a group, or of all where `reading` is their number.
 fn light_of(
     rows: &[RowOfGroups],
@@ -613,17 +609,6 @@ fn xyz_of(parts: &[Part], light: &[f64]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     parts.iter().zip(light).for_each(|(part, light)| add(&mut sum, part.xyz, *light));
     sum
-}
-
-/// The mean of sums over this number of bins, of which one path adds so much to one.
-pub(super) fn figure(mut sums: Readings, bins: f64, one_path: f64) -> JackknifedFigure {
-    for sum in &mut sums {
-        *sum /= bins;
-    }
-    let value = sums.pop().unwrap_or_default();
-    let figure = JackknifedFigure::new(value, sums);
-    let known = with_one_path(figure.estimate(), one_path / bins);
-    JackknifedFigure { standard_error: known.standard_error, ..figure }
 }
 
 #[cfg(test)]

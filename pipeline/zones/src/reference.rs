@@ -12,7 +12,7 @@ use metrics::{Estimate, Grouped, JackknifedFigure};
 
 use super::Array;
 use super::cells::{Cells, inside};
-use super::panel::figure;
+use super::estimates::figure;
 use super::superposition::{Block, Piece, RowOfGroups, rows, rows_of_parts};
 
 /// Bins of the map at full drive times groups, beyond which groups are merged for its extremes.
