@@ -36,7 +36,8 @@ use super::traveller::Traveller;
 use crate::optics::polarisation::Stokes;
 use crate::random;
 
-/// Weight of light that has been traced back through a conversion.
+/// Weight of light that has been traced back through a conversion: a ray of white light behind quantum
+/// dots gives rise to about two, each as useful as itself.
 const CONVERTED: f64 = 0.2;
 
 /// Light of a cell of incidence that leaves into the cone.
@@ -313,7 +314,11 @@ impl<'s> Backwards<'s> {
 mod tests {
     use std::sync::Arc;
 
-    use bsdf::{AxisShares, Outline, Polariser, Polygon, UnitCell};
+    use bsdf::{
+        AxisShares, Outline, Polariser, Polygon, Relief, ReliefCell, ReliefLattice, ReliefShape,
+        UnitCell,
+    };
+    use num_complex::Complex64;
 
     use super::super::cells::{Cells, StackSymmetry};
     use super::super::layers::{LayerWalk, Layers};
@@ -326,8 +331,8 @@ mod tests {
     use crate::settings::Settings;
     use crate::statistics::{Estimate, Moments};
     use crate::{
-        Emission, Emitter, Medium, Patch, Prototype, Region, Scene, SceneBuilder, Shape, Source,
-        Surface, SurfaceModel,
+        Emission, Emitter, Film, Layer, Medium, Patch, Prototype, Region, Scene, SceneBuilder,
+        Shape, Source, Surface, SurfaceModel,
     };
 
     const NM: [f64; 3] = [450.0, 540.0, 620.0];
@@ -394,20 +399,20 @@ mod tests {
         SurfaceModel::Scatter(Arc::new(UnitCell::new(&outline).expect("prisms").turned(angle)))
     }
 
-    fn polariser(angle: f64) -> SurfaceModel {
+    fn polariser(angle: f64, indices: [f64; 2]) -> SurfaceModel {
         let shares = |t: f64, r: f64| AxisShares::new(&[[0.0, t], [80.0, 0.5 * t]], &[[0.0, r]]);
         let axes = [shares(0.9, 0.05), shares(0.03, 0.9)].map(|axis| axis.expect("an axis"));
-        SurfaceModel::Scatter(Arc::new(Polariser::new(axes, angle, [1.0, 1.0]).expect("a sheet")))
+        SurfaceModel::Scatter(Arc::new(Polariser::new(axes, angle, indices).expect("a sheet")))
     }
 
     /// Light at each wavelength that leaves into the cone, of light of a wavelength that falls on the films
     /// from a quarter of the azimuths, diffuse, with these Stokes parameters referred to s at right angles
-    /// to x.
+    /// to x: traced forwards, backwards, and as a control backwards to the quarter beside.
     fn forwards_and_backwards<L: Light>(
         scenes: &[Scene],
         arriving: u16,
         light: [f64; 3],
-    ) -> Vec<[Estimate; 2]> {
+    ) -> Vec<[Estimate; 3]> {
         let settings = Settings { roulette_below: 0.01, ..Settings::new(64, 1) };
         let tracers: Vec<Tracer<'_>> = scenes
             .iter()
@@ -419,24 +424,14 @@ mod tests {
         let layers: Vec<Layers<'_>> = scenes.iter().map(Layers::new).collect();
         let excitations = Layers::excitations(&layers, &NM[..scenes.len()]);
         assert!(layers.iter().all(Layers::are_reciprocal));
-        let is_ours = |direction: DVec3| direction.x > 0.0 && direction.y > 0.0;
         let s_of = |direction: DVec3| direction.cross(DVec3::X).normalize();
-        let mut found = vec![[Vec::new(), Vec::new()]; scenes.len()];
+        let mut found = vec![[const { Vec::new() }; 3]; scenes.len()];
         for group in 0..GROUPS {
             let streams = random::Streams::new(&mut random::stream(7, group as u64));
             let mut tallies: Vec<_> = tracers.iter().map(|t| Tally::new(&t.receivers)).collect();
             let mut passed = vec![vec![[0.0; 2]; layers[0].gaps()]; scenes.len()];
-            let mut walk = LayerWalk {
-                layers: &layers,
-                tracers: &tracers,
-                tallies: &mut tallies,
-                passed: &mut passed,
-                had: Vec::new(),
-                ends: None,
-                ended: None,
-                backwards: None,
-            };
-            let mut sums = vec![[0.0; 2]; scenes.len()];
+            let mut walk = LayerWalk::new((&layers, &tracers), (&mut tallies, &mut passed));
+            let mut sums = vec![[0.0; 3]; scenes.len()];
             for ray in 0..RAYS {
                 let mut rng = streams.path(ray as u64);
                 let mut direction = random::cosine(&mut rng, 1.0);
@@ -456,30 +451,35 @@ mod tests {
                     let begins = (leaving, emitted, &excitations, false);
                     walk.follow_back::<L>(begins, &mut rng, |ray, _, seen| {
                         let from = -ray.direction;
-                        if ray.wavelength != arriving || !is_ours(from) {
+                        if ray.wavelength != arriving || from.y < 0.0 {
                             return;
                         }
+                        let way = if from.x > 0.0 { 1 } else { 2 };
                         let s = s_of(from);
                         let seen = seen.stokes().turned(ray.direction, s);
                         let [q, u, v] = light;
                         let share = 1.0 + q * seen.q - u * seen.u + v * seen.v;
                         let share = if L::CARRIED { share } else { 1.0 };
-                        sums[usize::from(emitted)][1] += 4.0 * CONE * ray.weight * share;
+                        sums[usize::from(emitted)][way] += 4.0 * CONE * ray.weight * share;
                     });
                 }
             }
             for (found, sums) in found.iter_mut().zip(sums) {
-                (0..2).for_each(|way| found[way].push(sums[way] / RAYS as f64));
+                (0..3).for_each(|way| found[way].push(sums[way] / RAYS as f64));
             }
         }
         let estimate = |all: Vec<f64>| all.into_iter().collect::<Moments>().estimate();
         found.into_iter().map(|ways| ways.map(estimate)).collect()
     }
 
-    fn assert_same(name: &str, pairs: &[[Estimate; 2]]) {
-        for (number, [forwards, backwards]) in pairs.iter().enumerate() {
-            let error = forwards.standard_error.hypot(backwards.standard_error);
-            let off = (forwards.value - backwards.value) / error.max(1e-12);
+    /// Difference in standard errors.
+    fn apart(a: &Estimate, b: &Estimate) -> f64 {
+        (a.value - b.value) / a.standard_error.hypot(b.standard_error).max(1e-12)
+    }
+
+    fn assert_same(name: &str, found: &[[Estimate; 3]]) {
+        for (number, [forwards, backwards, _]) in found.iter().enumerate() {
+            let off = apart(forwards, backwards);
             assert!(off.abs() < 4.0, "{name} {number}: {forwards:?} {backwards:?}");
         }
     }
@@ -488,10 +488,11 @@ mod tests {
     fn light_into_a_cone_is_the_same_traced_backwards() {
         let smooth = || SurfaceModel::Interface;
         let clear = || Medium::clear("film", 1.5);
-        let crossed = [(clear(), smooth(), prisms(0.3)), (clear(), smooth(), prisms(1.9))];
+        let crossed = [(clear(), smooth(), prisms(0.4)), (clear(), smooth(), prisms(1.1))];
         let pairs = forwards_and_backwards::<Unpolarised>(&[films(&crossed)], 0, [0.0; 3]);
         assert!(pairs[0][0].value > 0.02, "{pairs:?}");
         assert_same("crossed prisms", &pairs);
+        assert!(apart(&pairs[0][0], &pairs[0][2]).abs() > 8.0, "{pairs:?}");
         let stack = |number: usize| {
             films(&[(dots(number), smooth(), smooth()), (clear(), smooth(), prisms(0.0))])
         };
@@ -503,13 +504,43 @@ mod tests {
         }
     }
 
+    /// Of each kind of face that is taken for reciprocal, between other indices than 1 and lossy.
+    #[test]
+    fn faces_are_reciprocal() {
+        let smooth = || SurfaceModel::Interface;
+        let index = Complex64::new(0.06, 3.6);
+        let lossy = Film::new(550.0, vec![Layer { index, thickness_nm: 15.0 }]).expect("a film");
+        let relief = Relief {
+            lattice: ReliefLattice::Hexagonal,
+            shape: ReliefShape::Pyramid,
+            pitch: 1.0,
+            base: 0.9,
+            height: 0.4,
+            is_pressed_in: true,
+        };
+        let relief = ReliefCell::new(relief, [1.5, 1.0]).expect("a relief");
+        for (name, face) in [
+            ("a lossy layer", SurfaceModel::Layered(Arc::new(lossy))),
+            ("pyramids", SurfaceModel::Scatter(Arc::new(relief))),
+            ("a filter", polariser(0.7, [1.5, 1.0])),
+        ] {
+            let film = |above: SurfaceModel| (Medium::clear("film", 1.5), smooth(), above);
+            let scenes = [films(&[film(face.clone()), film(prisms(0.3))])];
+            let found = forwards_and_backwards::<Unpolarised>(&scenes, 0, [0.0; 3]);
+            assert!(found[0][0].value > 0.01, "{name}: {found:?}");
+            assert_same(name, &found);
+            let found = forwards_and_backwards::<Stokes>(&scenes, 0, [0.3, -0.8, 0.4]);
+            assert_same(name, &found);
+        }
+    }
+
     #[test]
     fn polarised_light_into_a_cone_is_the_same_traced_backwards() {
         let air = || Medium::clear("film", 1.0);
         let plate = Medium::clear("plate", 1.6);
         let stack = [
             (plate, SurfaceModel::Interface, SurfaceModel::Interface),
-            (air(), SurfaceModel::Interface, polariser(0.7)),
+            (air(), SurfaceModel::Interface, polariser(0.7, [1.0, 1.0])),
             (Medium::clear("film", 1.5), SurfaceModel::Interface, prisms(0.2)),
         ];
         let scenes = [films(&stack)];
@@ -520,8 +551,7 @@ mod tests {
             all.push(pairs[0][0]);
         }
         // Control: the states have shares of their own.
-        let apart = (all[1].value - all[2].value).abs();
-        assert!(apart > 20.0 * all[1].standard_error.hypot(all[2].standard_error), "{all:?}");
+        assert!(apart(&all[1], &all[2]).abs() > 20.0, "{all:?}");
     }
 
     /// Sights are taken in rounds, offered by their weights, and read as they were written.

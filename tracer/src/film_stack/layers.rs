@@ -217,7 +217,17 @@ fn is_straight(direction: DVec3, ray: &Traveller, sign: f64) -> bool {
     aside <= SAME * (1.0 + place.length()) && off.abs().max_element() < SAME
 }
 
-impl<'s> LayerWalk<'s, '_, '_> {
+impl<'s, 't, 'a> LayerWalk<'s, 't, 'a> {
+    /// Through films of these layers and tracers at each wavelength, with sums of what light leaves in
+    /// them and of what passes their gaps.
+    pub fn new(
+        (layers, tracers): (&'s [Layers<'a>], &'s [Tracer<'a>]),
+        (tallies, passed): (&'s mut [Tally<'t>], &'s mut [Vec<[f64; 2]>]),
+    ) -> Self {
+        let (had, ends, ended, backwards) = (Vec::new(), None, None, None);
+        Self { layers, tracers, tallies, passed, had, ends, ended, backwards }
+    }
+
     /// Follows a ray of weight 1 that meets an outer face at x = y = 0 until it leaves, is absorbed or
     /// comes to an end of the films. A ray that `enters` is not reflected at a smooth outer face.
     pub fn follow<L: Light>(

@@ -26,6 +26,7 @@
 mod backward;
 mod cells;
 mod layers;
+mod near;
 mod part;
 mod surface;
 mod traveller;

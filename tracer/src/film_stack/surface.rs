@@ -82,16 +82,7 @@ impl StackSurface {
         let layers = [Layers::new(&self.scene)];
         let mut tallies = [Tally::new(&tracers[0].receivers)];
         let mut passed = [vec![[0.0; 2]; layers[0].gaps()]];
-        let mut walk = LayerWalk {
-            layers: &layers,
-            tracers: &tracers,
-            tallies: &mut tallies,
-            passed: &mut passed,
-            had: Vec::new(),
-            ends: None,
-            ended: None,
-            backwards: None,
-        };
+        let mut walk = LayerWalk::new((&layers, &tracers), (&mut tallies, &mut passed));
         for number in 0..count {
             let mut rng = streams.path(number);
             let direction = begin(&mut rng);

@@ -6,9 +6,10 @@ use glam::{DVec2, DVec3};
 use super::backward::{Excitations, Sight, Sights};
 use super::cells::{Cells, Turn};
 use super::layers::{Ends, LayerWalk, Layers, SAME};
+use super::near::Near;
 use super::part::{Cone, Course, Entry, Exit, FilmOutcome, MOST, Part, Way};
 use super::traveller::Traveller;
-use super::{FilmTable, Passage, StackBorder, TabulatedFilms, Viewer};
+use super::{Passage, StackBorder, TabulatedFilms};
 use crate::error::{Error, check};
 use crate::ledger::Ledger;
 use crate::optics::polarisation::{Light, Stokes};
@@ -21,9 +22,6 @@ use crate::settings::Settings;
 
 /// Distance of the ends of films from which light is traced film by film, mm.
 const TO_END_MM: f64 = 1e-3;
-/// Sights that a ray below receivers stands for, at most, and one elsewhere.
-const MOST_SIGHTS: f64 = 8.0;
-const FEW_SIGHTS: f64 = 0.25;
 /// Weight below which chance ends light between films: what strong absorbers leave counts.
 const ROULETTE_BELOW: f64 = 0.01;
 /// Weight from which a path goes on in all ways in which outcomes leave.
@@ -287,16 +285,8 @@ impl<'w, 'a> StackWalker<'w, 'a> {
         let Self { stack, tallies, passed, backward_streams, .. } = self;
         let mut rng = backward_streams.path(u64::from(start));
         let leaving = random::cosine(&mut rng, stack.cone.sin2.sqrt());
-        let mut walk = LayerWalk {
-            layers: &stack.layers,
-            tracers: &stack.tracers,
-            tallies,
-            passed,
-            had: Vec::new(),
-            ends: None,
-            ended: None,
-            backwards: None,
-        };
+        let films = (&stack.layers[..], &stack.tracers[..]);
+        let mut walk = LayerWalk::new(films, (tallies, passed));
         let mut sights = Vec::new();
         let has_ends = stack.half_mm.is_finite();
         let begins = (leaving, wavelength, &stack.excitations, has_ends);
@@ -433,16 +423,10 @@ impl<'w, 'a> StackWalker<'w, 'a> {
             light.become_light([if is_p { -1.0 } else { 1.0 }, 0.0, 0.0], s);
         }
         let wavelength = (slot / cells / SIDES_AND_STATES) as u16;
-        let mut walk = LayerWalk {
-            layers: &stack.layers,
-            tracers: &stack.tracers,
-            tallies,
-            passed,
-            had: vec![wavelength],
-            ends,
-            ended: None,
-            backwards: None,
-        };
+        let films = (&stack.layers[..], &stack.tracers[..]);
+        let mut walk = LayerWalk::new(films, (tallies, passed));
+        walk.had.push(wavelength);
+        walk.ends = ends;
         let entering = (direction, !L::CARRIED);
         let outcome = walk.follow(entering, wavelength, &mut light, &mut rng);
         let LayerWalk { had, ended, .. } = walk;
@@ -491,50 +475,6 @@ impl<'w, 'a> StackWalker<'w, 'a> {
                 let way = usize::from(*sense == Sense::Minus);
                 totals.readings[*receiver][0] += passed[2 * gap + way];
             }
-        }
-    }
-}
-
-/// Where light that meets the films is likely to leave them below receivers into a narrow cone.
-struct Near {
-    /// Rectangles, ends along x and y, mm.
-    ends_mm: Vec<[[f64; 2]; 2]>,
-    /// Sights that a ray there stands for, and one elsewhere.
-    rays: [f64; 2],
-}
-
-impl Near {
-    /// Light leaves the films about as far from where it met them as they are high.
-    fn new(table: &FilmTable) -> Self {
-        let [_, high] = table.ends_mm();
-        let tan = (table.seen_sin2 / (1.0 - table.seen_sin2)).sqrt();
-        let around = |viewer: &Viewer| {
-            let margin = table.height_mm() + (viewer.z_mm - high) * tan;
-            viewer.ends_mm.map(|[low, high]| [low - margin, high + margin])
-        };
-        let ends_mm: Vec<[[f64; 2]; 2]> = table.viewers.iter().map(around).collect();
-        let areas = ends_mm.iter().map(|ends| ends.map(|[low, high]| high - low));
-        let near: f64 = areas.map(|[x, y]| x * y).sum();
-        let films: f64 = table.half_mm.map(|half| 2.0 * half).iter().product();
-        let most =
-            if films.is_finite() { (films / near).clamp(1.0, MOST_SIGHTS).floor() } else { 1.0 };
-        Self { ends_mm, rays: [most, if most > 1.0 { FEW_SIGHTS } else { 1.0 }] }
-    }
-
-    /// The number of sights that a ray stands for which meets the films here: a whole one, or a chance that
-    /// chance has granted; 0 where it has not.
-    fn rays(&self, at: DVec2, rng: &mut PathStream) -> f64 {
-        let holds = |ends: &[[f64; 2]; 2]| {
-            let [x, y] = ends;
-            (x[0]..=x[1]).contains(&at.x) && (y[0]..=y[1]).contains(&at.y)
-        };
-        let [near, far] = self.rays;
-        if self.ends_mm.iter().any(holds) {
-            near
-        } else if far >= 1.0 || random::unit(rng) < far {
-            far
-        } else {
-            0.0
         }
     }
 }
