@@ -409,7 +409,7 @@ def designs_by_jsonschema():
         {key: value for key, value in good.items() if key != "led"},
         good | {"led": good["led"] | {"size_mm": [1.0]}},
         good | {"mirror": good["mirror"] | {"kind": "shiny"}},
-        good | {"led": good["led"] | {"height_mm": "0.3"}},
+        good | {"led": good["led"] | {"height_mm": True}},
         good | {"receivers": [{"name": "a", "kind": "plane", "bins": [1, 1]}]},
     ]
     claim(all(not judge.is_valid(design) for design in bad), f"and refuses {len(bad)} wrong ones")
