@@ -10,22 +10,22 @@
 //! So rays begin at the uppermost face against directions that fill the cone as diffuse light does, and
 //! are followed down through the films. Each one that leaves below is a [`Sight`] for the cell of
 //! incidence from which it seems to come: with N rays at each wavelength, of weights W where they leave,
-//! s² the sine squared of the half angle of the cone and C the number of cells, which hold equal shares
-//! of diffuse light, a ray in a cell sends into the cone the share
+//! α the half angle of the cone and C the number of cells, which hold equal shares of diffuse light, a ray
+//! in a cell sends into the cone the share
 //!
-//! (s² C/N) Σ W over the sights of the cell.
+//! (C sin²α/N) Σ W over the sights of the cell.
 //!
 //! What passes straight is left to the outcomes of the table, which keep the direction of the ray itself.
 //!
 //! *Polarisation.* A ray traced backwards begins unpolarised, as a receiver weighs all light alike. With
-//! (q', u', v') its Stokes parameters where it leaves, referred to the same s, light (q, u, v) has
-//! 1 + qq' - uu' + vv' times the share of unpolarised light: reversed, p = s × k has the opposite sign.
+//! (q', u', v') its Stokes parameters where it leaves, referred to the same direction s, light (q, u, v)
+//! has 1 + qq' - uu' + vv' times the share of unpolarised light: reversed, p = s × k has the opposite sign.
 //!
 //! *Conversion.* Light of λ' at a place of a medium comes from light of λ that a luminophore absorbs
-//! there, with the power Y s(λ') λ/λ' of that. So on its way backwards at λ' light gives rise to light at λ,
-//! from any direction, a(λ) Y s(λ') (λ/λ') n(λ)²/n(λ')² for each mm, with a the absorption coefficient, s the
-//! share of the photons and n the index of the medium, in which light from air fills n² times less of all
-//! directions. A collision that excites a luminophore ends the way.
+//! there, with the power Y e(λ') λ/λ' of that. So on its way backwards at λ' light gives rise to light at λ,
+//! from any direction, a(λ) Y e(λ') (λ/λ') n(λ)²/n(λ')² for each mm. Here a is the absorption coefficient, Y
+//! the yield, e the share of the photons and n the index of the medium, in which light from air fills n²
+//! times less of all directions. A collision that excites a luminophore ends the way.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rand::Rng;
@@ -47,16 +47,16 @@ pub(super) struct Sight {
     start: u32,
     /// Cell of all wavelengths.
     slot: u32,
-    /// With which it leaves.
+    /// Number of the wavelength with which it leaves.
     pub wavelength: u16,
     /// Surfaces met.
     pub bounces: u32,
     weight: f32,
-    /// In which it leaves.
+    /// Direction against which the ray began, in the frame of the cell.
     direction: Vec3,
-    /// Where it leaves, from where it came, mm.
+    /// Where light of the cell leaves above, from where it meets the stack below, mm.
     place: Vec2,
-    /// How far from where it came it has been, mm.
+    /// Farthest that the ray has been from where it leaves below, mm.
     pub reach: f32,
     /// Stokes parameters of the ray traced backwards, and s.
     light: [Vec3; 2],
@@ -69,8 +69,8 @@ impl Sight {
     /// Words of a sight in a file.
     const WORDS: usize = 17;
 
-    /// Of ray `start`, which began against `leaving` and has left below, where it seems to come from a
-    /// cell with this turn.
+    /// The sight of ray `start`, which began against `leaving` and has left below, where it seems to come
+    /// from a cell with this turn.
     pub fn new(
         (start, slot, turn): (u32, u32, &Turn),
         (leaving, wavelength): (DVec3, u16),
@@ -248,16 +248,16 @@ pub(super) struct Excitations {
 }
 
 impl Excitations {
-    /// Of so many wavelengths, by sums for each space and each of them.
+    /// Sums for each space and each of so many wavelengths.
     pub fn new(wavelengths: usize, sums: Vec<Vec<f64>>) -> Self {
         Self { wavelengths, sums }
     }
 }
 
-/// What a ray traced backwards needs beside.
+/// What is known of a ray traced backwards beside its light.
 pub(super) struct Backwards<'s> {
     excitations: &'s Excitations,
-    /// Of the ray on its way, if anything ends the films.
+    /// Where the ray has been, if anything ends the films.
     pub trail: Trail,
     has_ends: bool,
     /// Light before conversions, which is yet to be followed.
@@ -265,12 +265,12 @@ pub(super) struct Backwards<'s> {
 }
 
 impl<'s> Backwards<'s> {
-    /// Of a ray that begins at x = y = 0.
+    /// A ray that begins at x = y = 0.
     pub fn new(excitations: &'s Excitations, has_ends: bool) -> Self {
         Self { excitations, trail: vec![DVec2::ZERO], has_ends, waiting: Vec::new() }
     }
 
-    /// Notes where light has been.
+    /// Records where light has been.
     pub fn visit(&mut self, at: DVec3) {
         if self.has_ends {
             self.trail.push(at.truncate());
@@ -504,7 +504,7 @@ mod tests {
         }
     }
 
-    /// Of each kind of face that is taken for reciprocal, between other indices than 1 and lossy.
+    /// Each kind of face that counts as reciprocal, lossy ones too, between other indices than 1.
     #[test]
     fn faces_are_reciprocal() {
         let smooth = || SurfaceModel::Interface;

@@ -9,7 +9,8 @@
 //! all that was booked on the way. For a ray that meets the stack all outcomes of its cell stand
 //! together, each with its part of the weight, whatever the number of surfaces that they have met; a
 //! weak ray takes one. Near an end only outcomes that have stayed nearer stand together; one that has
-//! been farther is drawn again up to the end, and traced film by film from there. Energy is exact: weights and bookings are those of paths.
+//! been farther is drawn again up to the end, and traced film by film from there. Energy is exact:
+//! weights and bookings are those of paths.
 //!
 //! The direction with which an outcome began is drawn evenly from its cell. Light that fills a cell
 //! evenly is treated exactly; the error for other light is of second order in the width of the

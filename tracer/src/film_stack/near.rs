@@ -38,8 +38,8 @@ impl Near {
         Self { ends_mm, rays: [most, if most > 1.0 { FEW_SIGHTS } else { 1.0 }] }
     }
 
-    /// The number of sights that a ray stands for which meets the films here: a whole one, or a chance that
-    /// chance has granted; 0 where it has not.
+    /// The number of sights for which a ray stands that meets the films here. A number below 1 is the chance
+    /// with which the ray takes a sight at all: it is returned where it does, and 0 where it does not.
     pub fn rays(&self, at: DVec2, rng: &mut PathStream) -> f64 {
         let holds = |ends: &[[f64; 2]; 2]| {
             let [x, y] = ends;

@@ -548,11 +548,11 @@ impl BoundStack<'_> {
         let wavelength = usize::from(ended.wavelength);
         let ([low, high], film) = self.layers[wavelength].space(ended.space);
         let mut at = path.ray.origin + turn.apply(ended.at);
-        // Off the faces, which scenes draw in.
         // In a gap light goes on below its plane: what falls was counted, what rises will be.
         let planes = self.films.table.passages.iter().map(|passage| passage.z_mm);
         let high =
             planes.filter(|z| film.is_none() && (low..high).contains(z)).fold(high, f64::min);
+        // Off the faces, which scenes draw in.
         let off = self.offset.max(TO_END_MM).min(0.25 * (high - low));
         at.z = self.films.table.low_mm + ended.at.z.clamp(low + off, high - off);
         path.ray = Ray { origin: at, direction: turn.apply(ended.direction).normalize() };
