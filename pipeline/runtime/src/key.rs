@@ -7,7 +7,7 @@ use crate::content_hash::sha256_hex;
 /// numbers.
 pub const SOLVER_VERSION: u32 = 9;
 
-/// Hash of everything that a table depends on.
+/// Hash of everything that a kept result depends on.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Key(String);
 
