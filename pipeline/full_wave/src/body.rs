@@ -480,6 +480,21 @@ mod tests {
         }
     }
 
+    /// Exact equations find that coarse skeletons leave out too much, and refine; a tolerance that they
+    /// meet leaves the first solution as it is.
+    #[test]
+    fn refinement_makes_good_what_coarse_skeletons_leave_out() {
+        let outline = stepped(4, 5.0);
+        let fine = bins(&body(&outline, 1e-10, None), Polarisation::Te);
+        let coarse = |target| {
+            let mut body = body(&outline, target, Some(320));
+            body.accuracy.skeletons = 1e-3;
+            difference(&fine, &bins(&body, Polarisation::Te))
+        };
+        let [first, refined] = [0.5, 1e-7].map(coarse);
+        assert!(first > 1e-5 && refined < 1e-6, "{first:e} {refined:e}");
+    }
+
     #[test]
     fn tiles_give_the_same_bits_on_any_number_of_threads() {
         let outline = stepped(3, 5.0);

@@ -292,3 +292,38 @@ pub(crate) fn nodes_of(nodes: &[Node], unknowns: &[usize]) -> (Vec<Node>, Vec<us
     let places = places.collect();
     (numbers.into_iter().map(|number| nodes[number]).collect(), places)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::outline::Outline;
+    use std::f64::consts::TAU;
+
+    /// Steps on a mirror, and a closed outline with its first corner at its ends.
+    #[test]
+    fn tiles_hold_each_panel_once_and_cut_no_corner() {
+        let steps =
+            (1..8).fold(Outline::on_mirror([30.0, 0.0]).line_to([30.0, 3.0]), |outline, i| {
+                let (x, z) = (30.0 - 4.0 * f64::from(i), 3.0 * f64::from(i));
+                outline.line_to([x, z]).line_to([x, z + 3.0])
+            });
+        let corners = [[30.0, 0.0], [30.0, 25.0], [0.0, 20.0], [0.0, 0.0]];
+        let closed = corners.into_iter().fold(Outline::closed([0.0, 0.0]), Outline::line_to);
+        for outline in [steps.line_to([-30.0, 0.0]), closed] {
+            let mesh = Mesh::new(&outline, TAU);
+            for unknowns in [160, 320, 1280] {
+                let tiles = Tile::all(&mesh, unknowns);
+                let mut panels: Vec<usize> = tiles.iter().flat_map(|t| t.panels.clone()).collect();
+                panels.sort_unstable();
+                assert_eq!(panels, (0..mesh.panels.len()).collect::<Vec<_>>());
+                for corner in &mesh.corners {
+                    let of_corner = |tile: &&Tile| {
+                        corner.panels.iter().flatten().any(|panel| tile.panels.contains(panel))
+                    };
+                    assert_eq!(tiles.iter().filter(of_corner).count(), 1, "{unknowns}");
+                }
+            }
+            assert!(Tile::all(&mesh, 160).len() > 2);
+        }
+    }
+}
