@@ -189,3 +189,39 @@ impl Collisions {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::phase::PhaseFunction;
+    use crate::pattern::Marks;
+    use glam::DVec3;
+
+    /// Of light along x through cells of the densities d, exp(-Σ s d l) meets no particle.
+    #[test]
+    fn flights_through_cells_end_by_their_depth() {
+        let shares = vec![1.0, 0.2, 0.0, 0.6];
+        let pattern = Pattern::new([0.5, 4.0], 4, Marks::Shares(shares)).expect("a pattern");
+        let scattering = Scattering { per_mm: 1.5, phase: PhaseFunction::ISOTROPIC };
+        let of =
+            |density| Collisions::new(Some(&scattering), Vec::new(), density).expect("a cause");
+        let (patterned, plain) = (of(Some(Arc::new(pattern))), of(None));
+        let ray = Ray { origin: DVec3::new(-1.0, 0.3, 0.0), direction: DVec3::X };
+        let mut rng = random::stream(5, 0);
+        let mut passing = |collisions: &Collisions, length: f64| {
+            let count = 200_000;
+            let free =
+                (0..count).filter(|_| collisions.free_path(&ray, length, &mut rng) >= length);
+            free.count() as f64 / f64::from(count)
+        };
+        let is_of = |share: f64, depth: f64| {
+            let error = ((-depth).exp() * (1.0 - (-depth).exp()) / 200_000.0).sqrt();
+            assert!((share - (-depth).exp()).abs() < 4.5 * error, "{depth}: {share}");
+        };
+        for (length, cells) in [(0.25, 0.25), (1.0, 0.6), (1.5, 0.6), (2.0, 0.9)] {
+            is_of(passing(&patterned, length), 1.5 * cells);
+            // The control.
+            is_of(passing(&plain, length), 1.5 * length);
+        }
+    }
+}

@@ -73,9 +73,9 @@ fn printed_mm(
             let expected = "a film whose medium scatters or converts light, or one of its faces";
             return Err(at.value("on", format!("{:?}", print.on), expected));
         }
-        let share = [("reflected", print.reflected), ("transmitted", Some(print.transmitted))];
-        let stated = share.into_iter().find(|(_, share)| share.is_some_and(|share| share != 0.0));
-        if let Some((key, Some(share))) = stated {
+        let transmitted = Some(print.transmitted).filter(|share| *share != 0.0);
+        let shares = [("reflected", print.reflected), ("transmitted", transmitted)];
+        if let Some((key, Some(share))) = shares.into_iter().find(|(_, share)| share.is_some()) {
             return Err(at.value(key, share, "none of the density of a film, which has no ink"));
         }
         return Ok(size_mm);
@@ -235,7 +235,7 @@ medium = { index = 1.5 }
 name = "sheet"
 gap_mm = 0.0
 thickness_mm = 0.1
-medium = { index = 1.6 }
+medium = { index = 1.6, scattering_per_mm = 5.0 }
 
 [[prints]]
 "#;
@@ -310,6 +310,18 @@ medium = { index = 1.6 }
                 "at most 0.4",
             ),
             (on("mirror", "reflected = 0.5"), "prints[1].dots", "one of `dots`"),
+            (on("mirror", dots), "prints[1].reflected", "a share from 0 to 1 of ink"),
+            (on("plate", dots), "prints[1].on", "whose medium scatters or converts"),
+            (
+                on("sheet", &format!("reflected = 0.5\n{dots}")),
+                "prints[1].reflected",
+                "which has no ink",
+            ),
+            (
+                on("sheet", &format!("transmitted = 0.5\n{dots}")),
+                "prints[1].transmitted",
+                "which has no ink",
+            ),
             (
                 on(
                     "mirror",
