@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::support::binary::{batwing, json};
-use crate::support::runs::{changed, contents, files, interrupted, partial};
+use crate::support::runs::{changed, contents, estimate, files, interrupted, partial};
 use batwing_tests::bad_input::good;
 use bsdf::native;
 use serde_json::Value;
