@@ -398,6 +398,39 @@ fn kept_outcomes_and_threads_change_no_bit() {
     assert!(ledger.surplus().abs() < 1e-9, "{}", ledger.surplus());
 }
 
+/// Writes nothing.
+struct NoFiles;
+
+impl ModelWriter for NoFiles {
+    fn draws_package(&self) -> bool {
+        false
+    }
+
+    fn write(
+        &self,
+        _: Output,
+        _: &mut ModelResult,
+        _: &mut Cow<'_, Observation>,
+        _: RunContext,
+    ) -> anyhow::Result<()> {
+        Ok(())
+    }
+}
+
+/// What cells of the table add to each figure of a run.
+fn film_table_errors(parts: &[&str]) -> BTreeMap<String, Option<Estimate>> {
+    let mut design = parsed("lambertian", parts);
+    design.trace.paths = 12_800;
+    let interrupt = Interrupt::default();
+    let lights = design.all_lights();
+    let run = Run { design: &design, lights: lights.as_deref(), stopping_rule: None, cache: None };
+    let to = Destination { out: Path::new(""), writer: &NoFiles };
+    let context = RunContext::quiet(&interrupt, 5);
+    let result = run.model(Model::Geometric, None, to, context).expect("a run");
+    let figures = result.figures.into_iter();
+    figures.map(|figure| (figure.key.into_owned(), figure.entry.film_table_error)).collect()
+}
+
 /// Lumens at one wavelength are those of a line, which go the way of spectra: the errors of their shapes
 /// are those of watts. Light traced film by film, the control, has none.
 #[test]
