@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::support::binary::{batwing, json};
-use crate::support::runs::{changed, contents, files, interrupted, partial};
+use crate::support::runs::{changed, contents, estimate, files, interrupted, partial};
 use batwing_tests::bad_input::good;
 use bsdf::native;
 use serde_json::Value;
@@ -151,6 +151,26 @@ fn the_film_stack_becomes_a_file() {
             assert!((sum - 1.0).abs() < 1e-9, "{said}");
         }
         let file = said["files"][0]["file"].as_str().expect("a file");
+        // Each share has its error, and all add up to the whole.
+        let results = at.join("film_stack.json");
+        let stack: Value =
+            serde_json::from_slice(&std::fs::read(results).expect("results")).expect("JSON");
+        for row in stack["over_angle"]["from_below"].as_array().expect("angles") {
+            let of = |key: &str| estimate(&row[key]);
+            let all = ["transmittance", "reflectance", "absorptance"].map(of);
+            let sum: f64 = all.iter().map(|share| share.0).sum();
+            assert!((sum - 1.0).abs() < 1e-9 && all.iter().all(|share| share.1 > 0.0), "{row}");
+        }
+        json(at, &["report", ".", "--out", "page.html"]);
+        let page = std::fs::read_to_string(at.join("page.html")).expect("a page");
+        for words in [
+            "data-curve=\"reflected, from above\"",
+            "over the angle of incidence",
+            "intensity of what leaves",
+            &format!("at most {:.1e}", stack["largest_standard_error"].as_f64().expect("an error")),
+        ] {
+            assert!(page.contains(words), "{words}");
+        }
         let back = json(at, &["import", file]);
         assert!(back["most_power"].as_f64().is_some_and(|most| most <= 1.0 + 1e-6), "{back}");
     }

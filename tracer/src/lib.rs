@@ -83,8 +83,8 @@ pub use glam;
 pub use checkpoint::CheckpointStore;
 pub use error::Error;
 pub use film_stack::{
-    FilmTable, Passage, StackBorder, StackShares, StackSurface, StackSymmetry, TabulatedFilms,
-    Viewer,
+    FilmTable, Passage, StackBorder, StackLight, StackShares, StackSurface, StackSymmetry,
+    TabulatedFilms, Viewer,
 };
 pub use ledger::{Ledger, Loss};
 pub use observer::{Fate, Interaction, Observer};

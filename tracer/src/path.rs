@@ -173,7 +173,7 @@ impl<'a> Tracer<'a> {
         rng: &mut impl Rng,
         tally: &mut Tally<'_>,
     ) -> Flight {
-        let free = collisions.free_path(rng);
+        let free = collisions.free_path(ray, length, rng);
         if free >= length {
             return Flight::Free;
         }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Patterns over the place: where a level surface is printed.
+//! Patterns over the place: where a level surface is printed, where a film has particles.
 
 use rand::Rng;
 

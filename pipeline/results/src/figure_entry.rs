@@ -76,8 +76,7 @@ pub struct FigureEntry {
     pub wavelength_error: Option<Estimate>,
     /// Where films are traced by a table: what its cells add, estimated from cells of twice the
     /// width, with its own error. `standard_error` holds the noise of the table, and not this;
-    /// errors on terminal and page hold it where it is beyond two of its own. In the light of a
-    /// spectrum that nothing converts it is not estimated.
+    /// errors on terminal and page hold it where it is beyond two of its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub film_table_error: Option<Estimate>,
     /// Published value of the figure, where the paper gives one.

@@ -32,6 +32,7 @@ pub mod constraint;
 pub mod earlier;
 pub mod figure_entry;
 pub mod film_light;
+pub mod film_stack;
 pub mod full_wave;
 pub mod headline;
 pub mod ledger;

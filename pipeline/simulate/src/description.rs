@@ -102,7 +102,9 @@ pub fn description(design: &Design) -> Vec<(&'static str, String)> {
             None => reflecting(m.reflector, design.films.as_ref().map(|films| &films.mirror)),
         },
     );
-    design.prints.iter().for_each(|print| line("ink", ink(print)));
+    for print in &design.prints {
+        line(if print.is_density() { "density" } else { "ink" }, pattern(print));
+    }
     let around = [("film stack", treatment(design).describe()), ("housing", housing(design))];
     for (key, words) in around.into_iter().filter_map(|(key, words)| Some((key, words?))) {
         line(key, words);
@@ -564,17 +566,20 @@ fn in_glue(law: &ScatterLaw) -> String {
     depth.unwrap_or_default()
 }
 
-/// Ink in words.
-fn ink(print: &CheckedPrint) -> String {
+/// Ink or density over the place in words.
+fn pattern(print: &CheckedPrint) -> String {
     let Print { on, reflected, transmitted, dots, picture_file } = &print.stated;
     let form = match (dots, picture_file) {
         (Some(dots), _) => format!("dots {} mm apart", shortest(dots.pitch_mm)),
         (None, file) => format!("by {}", file.as_deref().unwrap_or_default()),
     };
-    format!(
-        "on {on}: {form}, {:.1} % of the area; {reflected} reflected, {transmitted} transmitted",
-        100.0 * print.coverage
-    )
+    let share = 100.0 * print.coverage;
+    match reflected {
+        None => format!("of {on}: {form}, {share:.1} % of the stated one on the mean"),
+        Some(reflected) => format!(
+            "on {on}: {form}, {share:.1} % of the area; {reflected} reflected, {transmitted} transmitted"
+        ),
+    }
 }
 
 /// The sides of the LED, where they are not as its top.

@@ -116,7 +116,7 @@ pub(super) fn other_lengths(films: &[&CheckedSolid], size_mm: [f64; 2]) -> Optio
 /// A film that is not the same everywhere.
 pub(super) fn printed_film(design: &Design) -> Option<String> {
     let print = design.prints.iter().find(|print| print.stated.on != Print::MIRROR)?;
-    Some(format!("ink on {} differs from place to place", print.stated.on))
+    Some(format!("{} differs from place to place", print.name()))
 }
 
 /// True of a stretch of heights that reaches into the stack.

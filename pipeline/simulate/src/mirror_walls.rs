@@ -118,7 +118,7 @@ fn changed(design: &Design) -> Vec<String> {
         say(key, "packages whose image has another size");
     }
     for print in design.prints.iter().filter(|print| print.symmetry() == Symmetry::None) {
-        say(&format!("ink on {}", print.stated.on), "a pattern that is not its own image");
+        say(&print.name(), "a pattern that is not its own image");
     }
     if design.files.symmetry() == Symmetry::None {
         say("files", "a mirror or a source that is not symmetric");

@@ -162,11 +162,14 @@ impl Run<'_> {
         let mut result = model_result::model_result(self.design, model, &observation);
         result.until_error.clone_from(&trace.until_error);
         let errors = trace.wavelength_errors(&observation);
+        let of_film_table = trace.film_table_errors(&observation, beside_pieces(context))?;
         result.spectrum = Some(trace.describe()?);
         let units = Units::from_design(self.design, Some(lights));
         let output = Output { design: self.design, units, out: destination.out };
         destination.writer.write(output, &mut result, &mut observation, context)?;
-        errors.add_to(&mut result, &units);
+        for errors in [Some(errors), of_film_table].into_iter().flatten() {
+            errors.add_to(&mut result, &units);
+        }
         let nodes = trace.by_wavelength();
         if !nodes.is_empty() {
             destination.writer.write_by_wavelength(output, &mut result, &nodes, &observation)?;
@@ -224,9 +227,7 @@ fn errors_of_film_table(
     if !matches!(treatment(job.design), FilmTreatment::Table(_)) {
         return Ok(None);
     }
-    let what = format!("{}, wide cells of the table of films", job.what);
-    let wide = TraceJob { widened: true, what: &what, paths: job.paths.div_ceil(4), ..*job };
-    let wide = wide.observe(beside_pieces(context))?;
+    let wide = job.observe_widened(beside_pieces(context))?;
     against(observation, job, context, |seen| AddedErrors::of_film_table(seen, &wide, job.design))
         .map(Some)
 }

@@ -458,7 +458,7 @@ fn place_solids<'a>(
     };
 
     for (solid, _) in &regions {
-        body.media.extend(solid.medium.as_ref().map(|medium| medium.to_tracer(solid.name())));
+        body.media.extend(design.traced_medium(solid));
     }
     nest.surround(body);
     for source in &mut body.sources {

@@ -30,11 +30,13 @@ use metrics::figures::{self, PEAK_ANGLE, Source};
 use metrics::plural::count;
 use results::Figure;
 use results::schema::{FileUnits, SpectrumEntry, StoppedBy, UntilError};
+use runtime::run_context::RunContext;
 
 use self::rule::{Node, Rule, any, compares, medians, smallest_rule, tolerance};
 pub use self::sweep::SpectralJob;
 use self::sweep::Sweep;
 use super::added_errors::AddedErrors;
+use super::film_table::{FilmTreatment, treatment};
 use super::observation::Observation;
 use super::paths_3d::WavelengthScene;
 use super::stopping_rule::StoppingRule;
@@ -180,6 +182,30 @@ impl SpectralTrace<'_> {
             }
             None => AddedErrors::unknown(),
         }
+    }
+
+    /// Errors of all that `observation`, the sum, holds by the cells of the table of films; none where
+    /// light is traced film by film. Batches saw other paths, so that the first of them is compared.
+    ///
+    /// # Errors
+    /// Those of the tracer; an interrupt.
+    pub fn film_table_errors(
+        &self,
+        observation: &Observation,
+        context: RunContext,
+    ) -> Result<Option<AddedErrors>> {
+        let design = self.sweep.job.design;
+        if !matches!(treatment(design), FilmTreatment::Table(_)) {
+            return Ok(None);
+        }
+        let again = |widened| self.sweep.once_more(&self.rule, widened, context);
+        let wide = again(true)?;
+        let wide = wide.of_whole_light(&self.rule);
+        let errors = |seen: &Observation| AddedErrors::of_film_table(seen, &wide, design);
+        Ok(Some(match self.until_error {
+            None => errors(observation),
+            Some(_) => errors(&again(false)?.of_whole_light(&self.rule)),
+        }))
     }
 
     /// Entry of light and wavelengths in `results.json`.

@@ -85,7 +85,7 @@ fn parts(design: &Design) -> Vec<(String, Symmetry)> {
     let solids = design.solids.iter();
     parts.extend(solids.map(|s| (format!("solid {:?}", s.name()), s.symmetry)));
     let prints = design.prints.iter();
-    parts.extend(prints.map(|print| (format!("ink on {}", print.stated.on), print.symmetry())));
+    parts.extend(prints.map(|print| (print.name(), print.symmetry())));
     parts
 }
 

@@ -18,6 +18,7 @@ use simulate::dome_surface::dome_surface;
 use simulate::film_surface;
 use simulate::model::Model;
 use simulate::trace::observe;
+use tracer::StackLight;
 
 /// Four LEDs on a white board between white walls.
 const BOX: &str = r#"
@@ -117,6 +118,26 @@ fn a_clear_plate_is_its_closed_form() {
         }
     }
 
+    for deg in [0.0, 62.0, 81.0_f64] {
+        let r = bsdf::analytic::fresnel(1.0, 1.49, deg.to_radians().cos());
+        let r = r.for_polarisation(Polarisation::Unpolarised);
+        let (back, through) = (2.0 * r / (1.0 + r), (1.0 - r) / (1.0 + r));
+        let light = StackLight::Angle(deg);
+        let shares = surface.shares(Side::Outer, light, PATHS);
+        agree("reflected", shares.reflected.value, back, shares.reflected.standard_error);
+        agree("transmitted", shares.transmitted.value, through, shares.transmitted.standard_error);
+        // All of it leaves in the bin of the angle.
+        for (own, share) in
+            surface.intensity(Side::Outer, light, PATHS, 9).iter().zip([through, back])
+        {
+            let bin = (deg / 10.0) as usize;
+            let ends = [bin, bin + 1].map(|end| (10.0 * end as f64).to_radians().cos());
+            let solid_angle = std::f64::consts::TAU * (ends[0] - ends[1]);
+            agree("intensity", own[bin].value, share / solid_angle, own[bin].standard_error);
+            assert!(own.iter().enumerate().all(|(k, other)| k == bin || other.value == 0.0));
+        }
+    }
+
     let (file, _) = window::convert::to_klems(&surface, 2).expect("a matrix");
     for block in &file.blocks {
         let window::layout::ScatteringData::Klems(matrix) = &block.data else { panic!("Klems") };
@@ -141,7 +162,7 @@ fn what_passes_comes_back_and_is_absorbed_is_all() {
     for design in [parsed(STACK, Path::new("")), polarised.expect("a design")] {
         let surface = film_surface::surface(&design, 64, 1).expect("films");
         for side in Side::BOTH {
-            let shares = surface.shares(side, 20_000);
+            let shares = surface.shares(side, StackLight::Diffuse, 20_000);
             let parts = [shares.reflected, shares.transmitted, shares.absorbed];
             let sum: f64 = parts.iter().map(|part| part.value).sum();
             assert!((sum - 1.0).abs() < 1e-9, "{shares:?}");
@@ -163,7 +184,7 @@ fn turned_stacks_do_from_above_what_they_did_from_below() {
     let shares = |films: &[&str], side: Side| {
         let films = films.concat().replacen("]\n", "]\nz_mm = 3.0\n", 1);
         let surface = film_surface::surface(&parsed(&films, Path::new("")), 64, 3);
-        let shares = surface.expect("films").shares(side, 100_000);
+        let shares = surface.expect("films").shares(side, StackLight::Diffuse, 100_000);
         [shares.reflected, shares.transmitted, shares.absorbed]
     };
     let below = shares(&[&milky, &tinted], Side::Inner);
@@ -203,7 +224,7 @@ fn files_hold_the_shares_of_diffuse_light() {
                     })
                     .sum()
             };
-            let own = surface.shares(side, 200_000);
+            let own = surface.shares(side, StackLight::Diffuse, 200_000);
             // Of all cells of a file together.
             let of_file = 0.5 / (PATHS as f64 * cells.len() as f64).sqrt();
             let (back, through) = (mean(&|a| a.reflected), mean(&|a| a.transmitted));

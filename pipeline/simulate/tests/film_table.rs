@@ -1,17 +1,22 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Films by the table of the whole stack against films traced one by one.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use design::Design;
 use design::schema::FilmTracing;
+use metrics::Estimate;
+use results::ModelResult;
 use runtime::interrupt::Interrupt;
 use runtime::run_context::RunContext;
 use simulate::dome_surface::dome_surface;
 use simulate::film_table::{FilmTreatment, treatment};
 use simulate::model::Model;
+use simulate::model_writer::{Destination, ModelWriter, Output};
 use simulate::observation::Observation;
+use simulate::run::Run;
 use simulate::trace::observe;
 
 /// Four LEDs on a white board between walls.
@@ -391,4 +396,52 @@ fn kept_outcomes_and_threads_change_no_bit() {
     assert_eq!(first.powers, seen(&design, 12_800, 7).powers);
     let ledger = more.ledger();
     assert!(ledger.surplus().abs() < 1e-9, "{}", ledger.surplus());
+}
+
+/// Writes nothing.
+struct NoFiles;
+
+impl ModelWriter for NoFiles {
+    fn draws_package(&self) -> bool {
+        false
+    }
+
+    fn write(
+        &self,
+        _: Output,
+        _: &mut ModelResult,
+        _: &mut Cow<'_, Observation>,
+        _: RunContext,
+    ) -> anyhow::Result<()> {
+        Ok(())
+    }
+}
+
+/// What cells of the table add to each figure of a run.
+fn film_table_errors(parts: &[&str]) -> BTreeMap<String, Option<Estimate>> {
+    let mut design = parsed("lambertian", parts);
+    design.trace.paths = 12_800;
+    let interrupt = Interrupt::default();
+    let lights = design.all_lights();
+    let run = Run { design: &design, lights: lights.as_deref(), stopping_rule: None, cache: None };
+    let to = Destination { out: Path::new(""), writer: &NoFiles };
+    let context = RunContext::quiet(&interrupt, 5);
+    let result = run.model(Model::Geometric, None, to, context).expect("a run");
+    let figures = result.figures.into_iter();
+    figures.map(|figure| (figure.key.into_owned(), figure.entry.film_table_error)).collect()
+}
+
+/// Lumens at one wavelength are those of a line, which go the way of spectra: the errors of their shapes
+/// are those of watts. Light traced film by film, the control, has none.
+#[test]
+fn cells_of_a_table_have_an_error_in_any_light() {
+    let lumens = "light = { wavelength_nm = 550.0, weighting = \"photometric\" }\n";
+    let watts = film_table_errors(&[LINE, PLATE]);
+    let valley = |errors: &BTreeMap<String, Option<Estimate>>| errors["centre_to_peak"];
+    assert!(valley(&watts).is_some_and(|error| error.standard_error > 0.0), "{watts:?}");
+    assert_eq!(film_table_errors(&[lumens, PLATE]), watts);
+    let lines = BLUE.replace("[450.0]", "[450.0, 610.0]").replace("[1.0]", "[1.0, 2.0]");
+    assert!(valley(&film_table_errors(&[PLATE, &lines.replace("step_nm = 30.0", "")])).is_some());
+    let traced = film_table_errors(&[lumens, PLATE, "trace = { films = \"traced\" }\n"]);
+    assert!(traced.values().all(Option::is_none), "{traced:?}");
 }

@@ -161,3 +161,66 @@ fn ink_lies_under_the_packages_of_its_half() {
         }
     }
 }
+
+/// A film of index 1, at whose faces nothing happens, with a dye that emits nothing: of the density d it
+/// lets exp(-0.1 a d) of a beam through.
+fn dyed(density: &str, at: &str, folder: &Path) -> f64 {
+    let dye = "[{ name = \"dye\", absorption_per_mm = 12.0, quantum_yield = 0.0, emission = { peak_nm = 600.0, fwhm_nm = 20.0 } }]";
+    let text = BEAM
+        .replace("index = 1.5", &format!("index = 1.0, luminophores = {dye}"))
+        .replace("[3.2, 0.2, 0.2]", at)
+        + &format!("[[prints]]\non = \"film\"\n{density}\n");
+    let (accounts, treatment) = trace(&text, folder);
+    assert!(matches!(treatment, FilmTreatment::Traced(why) if why.contains("density of film")));
+    account(&accounts, "escaped_up").value
+}
+
+#[test]
+fn each_place_of_a_film_has_its_own_density() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("halves.csv"), "1,0.25\n").expect("a picture");
+    std::fs::write(folder.path().join("equal.csv"), "0.625,0.625\n").expect("a picture");
+    let is_of = |share: f64, density: f64| {
+        let expected = (-1.2 * density).exp();
+        let error = (expected * (1.0 - expected) / PATHS as f64).sqrt();
+        assert!((share - expected).abs() <= 4.5 * error, "{density}: {share} {expected}");
+    };
+    let sides = ["[-3.2, 0.2, 0.2]", "[3.2, 0.2, 0.2]"];
+    for (at, of_half) in sides.into_iter().zip([1.0, 0.25]) {
+        is_of(dyed("picture_file = \"halves.csv\"", at, folder.path()), of_half);
+        // The control.
+        is_of(dyed("picture_file = \"equal.csv\"", at, folder.path()), 0.625);
+    }
+    // The beam is 0.42 mm off the middle of a dot.
+    for (radius_mm, density) in [("0.45", 1.0), ("0.4", 0.0)] {
+        let dots = format!("dots = {{ pitch_mm = 1.0, radius_mm = [[0.0, {radius_mm}]] }}");
+        is_of(dyed(&dots, sides[1], folder.path()), density);
+    }
+}
+
+#[test]
+fn an_even_density_is_a_thinner_medium() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("even.csv"), "0.25,0.25\n0.25,0.25\n").expect("a picture");
+    let film = |per_mm: f64, dye: f64| {
+        format!(
+            "films = [{{ name = \"film\", z_mm = 2.5, thickness_mm = 1.0, medium = {{ index = 1.5, \
+             absorption_per_mm = 0.02, scattering_per_mm = {per_mm:?}, g = 0.5, luminophores = [{{ name = \
+             \"dye\", absorption_per_mm = {dye:?}, quantum_yield = 0.9, emission = {{ peak_nm = 600.0, \
+             fwhm_nm = 20.0 }} }}] }} }}]\ntrace = {{ films = \"traced\" }}\n"
+        )
+    };
+    let cavity = |films: &str, density: &str| {
+        let (lid, _) = CAVITY.split_once("solids = ").expect("a lid");
+        trace(&format!("{lid}{films}{density}"), folder.path()).0
+    };
+    let density = "[[prints]]\non = \"film\"\npicture_file = \"even.csv\"\n";
+    let printed = cavity(&film(8.0, 2.0), density);
+    let thinner = cavity(&film(2.0, 0.5), "");
+    for name in ["escaped_up", "absorbed_in_film", "absorbed_by_ground_mirror"] {
+        agree(name, account(&printed, name), account(&thinner, name));
+    }
+    // The control: at the stated density less comes through.
+    let [thin, full] = [&printed, &cavity(&film(8.0, 2.0), "")].map(|of| account(of, "escaped_up"));
+    assert!(thin.value - full.value > 20.0 * full.standard_error, "{thin:?} {full:?}");
+}

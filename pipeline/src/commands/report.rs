@@ -22,7 +22,7 @@ const PAGE: &str = "report.html";
 #[derive(Debug, Args)]
 pub struct ReportArgs {
     /// Directory of results, written by `reproduce`, `run`, `optimise`, `study`, `tolerance`,
-    /// `full-wave` or `zones`
+    /// `full-wave`, `zones` or `bsdf --films`
     #[arg(value_name = "DIR")]
     pub results: PathBuf,
     /// The page [default: report.html in DIR]

@@ -53,7 +53,7 @@ impl Places {
         );
         ensure!(
             whole.is_none() || design.prints.is_empty(),
-            "--packages: expected none with [[prints]]: ink of the design does not repeat from package to package"
+            "--packages: expected none with [[prints]]: a pattern of the design does not repeat from package to package"
         );
         ensure!(
             whole.is_none()

@@ -34,7 +34,7 @@ mod traveller;
 mod walker;
 
 pub use cells::StackSymmetry;
-pub use surface::{StackShares, StackSurface};
+pub use surface::{StackLight, StackShares, StackSurface};
 pub(crate) use walker::{BoundStack, Exits, StackWalker};
 
 use layers::Layers;

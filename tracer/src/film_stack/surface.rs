@@ -2,6 +2,9 @@
 //! A stack of films as one surface in air: what becomes of light from a direction, without regard to
 //! where it leaves.
 
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use bsdf::direction::spherical;
 use bsdf::{
     Bsdf, BsdfSample, Lobe, LobeKind, OutgoingLobe, Polarisation as LobePolarisation, Side,
     Transport,
@@ -32,7 +35,34 @@ pub struct StackSurface {
     settings: Settings,
 }
 
-/// Shares of diffuse light from one side.
+/// Light that falls on the films.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum StackLight {
+    /// It fills the hemisphere as diffuse light does.
+    Diffuse,
+    /// It comes at this angle to the normal, degrees below 90, from all azimuths alike.
+    Angle(f64),
+}
+
+impl StackLight {
+    /// Tells random numbers of one light from those of others.
+    fn salt(self) -> u64 {
+        match self {
+            Self::Diffuse => 0,
+            Self::Angle(deg) => deg.to_bits().rotate_left(16) | 1,
+        }
+    }
+
+    /// A way of it, upwards.
+    fn sample(self, rng: &mut PathStream) -> DVec3 {
+        match self {
+            Self::Diffuse => random::cosine(rng, 1.0),
+            Self::Angle(deg) => spherical(deg.to_radians(), TAU * random::unit(rng)),
+        }
+    }
+}
+
+/// Shares of light from one side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StackShares {
     /// Comes back.
@@ -94,39 +124,82 @@ impl StackSurface {
         tally.close().ledger
     }
 
-    /// Shares of `paths` rays from `side` that fill the hemisphere as diffuse light does, with errors
-    /// from the scatter of groups.
-    pub fn shares(&self, side: Side, paths: u64) -> StackShares {
+    /// Shares of `paths` rays of `light` from `side`, with errors from the scatter of groups.
+    pub fn shares(&self, side: Side, light: StackLight, paths: u64) -> StackShares {
+        let all = self.sorted(side, light, paths, 2, &|transport, _| transport.index());
+        StackShares {
+            reflected: all[Transport::Reflection.index()],
+            transmitted: all[Transport::Transmission.index()],
+            absorbed: all[2],
+        }
+    }
+
+    /// Shares of `light` for each steradian, in `bins` equal bins of the angle to the normal at which it
+    /// leaves, up to 90 degrees: what goes through, and what comes back.
+    pub fn intensity(
+        &self,
+        side: Side,
+        light: StackLight,
+        paths: u64,
+        bins: usize,
+    ) -> [Vec<Estimate>; 2] {
+        let step = FRAC_PI_2 / bins as f64;
+        let bin = |transport: Transport, wo: DVec3| {
+            let number = (wo.z.abs().min(1.0).acos() / step) as usize;
+            transport.index() * bins + number.min(bins - 1)
+        };
+        let shares = self.sorted(side, light, paths, 2 * bins, &bin);
+        [Transport::Transmission, Transport::Reflection].map(|transport| {
+            let own = shares.iter().skip(transport.index() * bins).take(bins).enumerate();
+            let each = own.map(|(number, share)| {
+                let [near, far] = [0.0, 1.0].map(|more| (step * (number as f64 + more)).cos());
+                let per_sr = 1.0 / (TAU * (near - far));
+                Estimate {
+                    value: share.value * per_sr,
+                    standard_error: share.standard_error * per_sr,
+                }
+            });
+            each.collect()
+        })
+    }
+
+    /// Sorts `paths` rays of `light` from `side` into `bins` by transport and direction: the share in
+    /// each, and last what ends in the films.
+    fn sorted(
+        &self,
+        side: Side,
+        light: StackLight,
+        paths: u64,
+        bins: usize,
+        bin: &(dyn Fn(Transport, DVec3) -> usize + Sync),
+    ) -> Vec<Estimate> {
         let groups = self.settings.groups as u64;
         let count = paths.div_ceil(groups);
         let of_group = |group: u64| {
-            let seed = self.settings.seed ^ SALT;
+            let seed = self.settings.seed ^ SALT ^ light.salt();
             let streams = Streams::new(&mut random::stream(seed, 2 * group + side.index() as u64));
-            let mut shares = [0.0; 3];
-            let begin = &mut |rng: &mut PathStream| {
-                random::cosine(rng, 1.0) * DVec3::new(1.0, 1.0, -side.sign())
-            };
+            let mut shares = vec![0.0; bins + 1];
+            let begin =
+                &mut |rng: &mut PathStream| light.sample(rng) * DVec3::new(1.0, 1.0, -side.sign());
             let ledger = self.follow(count, &streams, begin, &mut |_, outcome| {
                 if outcome.course != Course::Ended {
-                    let to = Side::from_direction(outcome.exit().direction);
-                    shares[Transport::between(side, to).index()] += outcome.weight;
+                    let wo = outcome.exit().direction;
+                    let transport = Transport::between(side, Side::from_direction(wo));
+                    shares[bin(transport, wo)] += outcome.weight;
                 }
             });
-            shares[2] = ledger.absorbed() + ledger.lost_total();
-            shares.map(|share| share / count as f64)
+            shares[bins] = ledger.absorbed() + ledger.lost_total();
+            shares.iter_mut().for_each(|share| *share /= count as f64);
+            shares
         };
-        let all: Vec<[f64; 3]> = (0..groups).into_par_iter().map(of_group).collect();
+        let all: Vec<Vec<f64>> = (0..groups).into_par_iter().map(of_group).collect();
         // One ray more or less is always possible.
         let least = 1.0 / (count * groups) as f64;
         let estimate = |k: usize| {
             let own = all.iter().map(|own| own[k]).collect::<Moments>().estimate();
             Estimate { standard_error: own.standard_error.max(least), ..own }
         };
-        StackShares {
-            reflected: estimate(Transport::Reflection.index()),
-            transmitted: estimate(Transport::Transmission.index()),
-            absorbed: estimate(2),
-        }
+        (0..=bins).map(estimate).collect()
     }
 
     /// Outcomes of `count` rays from `wi` that leave: direction, weight and lobe.

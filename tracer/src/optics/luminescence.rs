@@ -5,12 +5,20 @@
 //! its quantum yield Y, in any direction, unpolarised, at a wavelength λ' that the emission
 //! spectrum draws. The expected power of that is the share Y λ/λ' of the power absorbed: 1 - Y of it
 //! is lost with photons that are not emitted, Y (1 - λ/λ') is Stokes' loss.
+//!
+//! \[Woodcock et al. 1965\] E. R. Woodcock, T. Murphy, P. J. Hemmings, T. C. Longworth, *Techniques used
+//! in the GEM code for Monte Carlo neutronics calculations in reactors and other systems of complex
+//! geometry*, ANL-7050, Argonne National Laboratory.
+
+use std::sync::Arc;
 
 use rand::Rng;
 
 use super::phase::Scattering;
 use crate::error::{Error, check, fraction};
+use crate::pattern::Pattern;
 use crate::random;
+use crate::ray::Ray;
 
 /// A luminescent substance of a medium, at one wavelength of several.
 #[derive(Debug, Clone, PartialEq)]
@@ -93,11 +101,13 @@ pub(crate) enum Collision<'a> {
 /// itself.
 #[derive(Debug, Clone)]
 pub(crate) struct Collisions {
-    /// Reciprocal of the mean free path, 1/mm.
+    /// Reciprocal of the mean free path, 1/mm, where the density is largest.
     per_mm: f64,
     scattering: Option<Scattering>,
     /// With their lines in the ledger.
     luminophores: Vec<(Luminophore, usize)>,
+    /// That of the medium.
+    density: Option<Arc<Pattern>>,
 }
 
 impl Collisions {
@@ -105,10 +115,12 @@ impl Collisions {
     pub fn new(
         scattering: Option<&Scattering>,
         luminophores: Vec<(Luminophore, usize)>,
+        density: Option<Arc<Pattern>>,
     ) -> Option<Self> {
         let absorption: f64 = luminophores.iter().map(|(one, _)| one.absorption_per_mm).sum();
         let per_mm = scattering.map_or(0.0, |scattering| scattering.per_mm) + absorption;
-        (per_mm > 0.0).then(|| Self { per_mm, scattering: scattering.cloned(), luminophores })
+        let scattering = scattering.cloned();
+        (per_mm > 0.0).then(|| Self { per_mm, scattering, luminophores, density })
     }
 
     /// True if the medium scatters light.
@@ -121,11 +133,35 @@ impl Collisions {
         &self.luminophores
     }
 
-    /// Draws the length of a flight, mm.
+    /// Draws the length of a flight along `ray`, mm; of one beyond `length` no more than that.
     #[inline]
-    pub fn free_path(&self, rng: &mut impl Rng) -> f64 {
+    pub fn free_path(&self, ray: &Ray, length: f64, rng: &mut impl Rng) -> f64 {
         // 1 - u is never 0.
-        -(1.0 - random::unit(rng)).ln() / self.per_mm
+        let first = -(1.0 - random::unit(rng)).ln() / self.per_mm;
+        match &self.density {
+            None => first,
+            Some(density) => self.to_particle(density, (ray, length), first, rng),
+        }
+    }
+
+    /// Goes on from collisions that met no particle: at a place of density d, the share 1 - d of those
+    /// that the largest density has \[Woodcock et al. 1965\]. What is left is exponential in the depth.
+    fn to_particle(
+        &self,
+        density: &Pattern,
+        (ray, length): (&Ray, f64),
+        first: f64,
+        rng: &mut impl Rng,
+    ) -> f64 {
+        let mut free = first;
+        while free < length {
+            let at = ray.at(free);
+            if density.covers([at.x, at.y], rng) {
+                break;
+            }
+            free -= (1.0 - random::unit(rng)).ln() / self.per_mm;
+        }
+        free
     }
 
     /// Draws the event that ends a flight.
@@ -150,6 +186,42 @@ impl Collisions {
             // Rounding: the sum of the coefficients was not reached.
             (None, Some((last, line))) => Collision::Excites(last, *line),
             (None, None) => unreachable!("a collision needs a cause"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::phase::PhaseFunction;
+    use crate::pattern::Marks;
+    use glam::DVec3;
+
+    /// Of light along x through cells of the densities d, exp(-Σ s d l) meets no particle.
+    #[test]
+    fn flights_through_cells_end_by_their_depth() {
+        let shares = vec![1.0, 0.2, 0.0, 0.6];
+        let pattern = Pattern::new([0.5, 4.0], 4, Marks::Shares(shares)).expect("a pattern");
+        let scattering = Scattering { per_mm: 1.5, phase: PhaseFunction::ISOTROPIC };
+        let of =
+            |density| Collisions::new(Some(&scattering), Vec::new(), density).expect("a cause");
+        let (patterned, plain) = (of(Some(Arc::new(pattern))), of(None));
+        let ray = Ray { origin: DVec3::new(-1.0, 0.3, 0.0), direction: DVec3::X };
+        let mut rng = random::stream(5, 0);
+        let mut passing = |collisions: &Collisions, length: f64| {
+            let count = 200_000;
+            let free =
+                (0..count).filter(|_| collisions.free_path(&ray, length, &mut rng) >= length);
+            free.count() as f64 / f64::from(count)
+        };
+        let is_of = |share: f64, depth: f64| {
+            let error = ((-depth).exp() * (1.0 - (-depth).exp()) / 200_000.0).sqrt();
+            assert!((share - (-depth).exp()).abs() < 4.5 * error, "{depth}: {share}");
+        };
+        for (length, cells) in [(0.25, 0.25), (1.0, 0.6), (1.5, 0.6), (2.0, 0.9)] {
+            is_of(passing(&patterned, length), 1.5 * cells);
+            // The control.
+            is_of(passing(&plain, length), 1.5 * length);
         }
     }
 }

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Homogeneous media: refractive index, absorption and scattering.
+//! Media: refractive index, absorption, and scattering, whose density may differ over the place.
+
+use std::sync::Arc;
 
 use super::luminescence::Luminophore;
 use super::phase::Scattering;
 use crate::error::{Error, check};
+use crate::pattern::Pattern;
 
-/// A homogeneous medium at one wavelength.
+/// A medium at one wavelength.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Medium {
     /// Name under which the ledger lists the power absorbed in it.
@@ -18,6 +21,9 @@ pub struct Medium {
     pub scattering: Option<Scattering>,
     /// Substances that convert light, all for the same wavelengths; of a body, not of the world.
     pub luminophores: Vec<Luminophore>,
+    /// Density of all that scatters and converts, as a share of what is stated, over x and y in the
+    /// frame of the body; `None` where it is the same everywhere.
+    pub density: Option<Arc<Pattern>>,
 }
 
 impl Medium {
@@ -29,6 +35,7 @@ impl Medium {
             absorption_per_mm: 0.0,
             scattering: None,
             luminophores: Vec::new(),
+            density: None,
         }
     }
 
@@ -55,6 +62,13 @@ impl Medium {
     #[must_use]
     pub fn luminescent(mut self, luminophores: Vec<Luminophore>) -> Self {
         self.luminophores = luminophores;
+        self
+    }
+
+    /// The same medium with its particles in the places of a pattern.
+    #[must_use]
+    pub fn with_density(mut self, density: Option<Arc<Pattern>>) -> Self {
+        self.density = density;
         self
     }
 

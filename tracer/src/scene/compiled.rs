@@ -27,7 +27,8 @@ impl CompiledMedium {
             let line = lines.luminophore(&luminophore.name);
             (luminophore.clone(), line)
         });
-        let collisions = Collisions::new(medium.scattering.as_ref(), luminophores.collect());
+        let (scattering, density) = (medium.scattering.as_ref(), medium.density.clone());
+        let collisions = Collisions::new(scattering, luminophores.collect(), density);
         let Medium { index, absorption_per_mm: absorption, .. } = *medium;
         Self { index, absorption, line, collisions }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `[[prints]]`, checked: on which surface, and where the ink is.
+//! `[[prints]]`, checked: on which surface or in which film, and where the ink or the particles are.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,6 +13,7 @@ use super::solids::diffusing;
 use crate::check::{Context, MAX_LENGTH_MM, whole_division};
 use crate::error::ConfigError;
 use crate::resolved::Packages;
+use crate::resolved::medium::Medium;
 use crate::resolved::prints::CheckedPrint;
 use crate::resolved::solids::{BOX_FACES, CheckedSolid};
 use crate::schema::prints::{Dots, Print};
@@ -34,7 +35,7 @@ pub(crate) fn resolve(
     let mut prints: Vec<CheckedPrint> = Vec::new();
     for (number, print) in raw.prints.iter().enumerate() {
         let table = format!("prints[{}]", number + 1);
-        let shares = [print.reflected, print.transmitted];
+        let shares = [print.reflected.unwrap_or_default(), print.transmitted];
         diffusing(&table, shares, [DiffuseLaw::Lambertian; 2], at)?;
         let prefix = format!("{table}.");
         let at = Context { prefix: &prefix, ..*at };
@@ -57,13 +58,31 @@ pub(crate) fn resolve(
     Ok(prints)
 }
 
-/// Lengths of the printed surface along x and y, mm: a face of a film, or the mirror of this extent.
+/// Lengths of the printed surface along x and y, mm: a face of a film, the mirror of this extent, or a
+/// film with particles.
 fn printed_mm(
     print: &Print,
     packages: &Packages,
     (films, extent): (&[CheckedSolid], Extent),
     at: &Context,
 ) -> Result<[f64; 2], ConfigError> {
+    let own = films.iter().find(|film| film.name() == print.on);
+    if let (Some((_, size_mm)), Some(film)) = (own.and_then(|film| film.film_mm()), own) {
+        let holds = |of: &Medium| of.scattering.is_some() || !of.luminophores.is_empty();
+        if !film.medium.as_ref().is_some_and(holds) {
+            let expected = "a film whose medium scatters or converts light, or one of its faces";
+            return Err(at.value("on", format!("{:?}", print.on), expected));
+        }
+        let transmitted = Some(print.transmitted).filter(|share| *share != 0.0);
+        let shares = [("reflected", print.reflected), ("transmitted", transmitted)];
+        if let Some((key, Some(share))) = shares.into_iter().find(|(_, share)| share.is_some()) {
+            return Err(at.value(key, share, "none of the density of a film, which has no ink"));
+        }
+        return Ok(size_mm);
+    }
+    if print.reflected.is_none() {
+        return Err(at.value("reflected", "none", "a share from 0 to 1 of ink on a surface"));
+    }
     if print.on == Print::MIRROR {
         if print.transmitted != 0.0 {
             let expected = "0 on the mirror, which light does not pass";
@@ -91,8 +110,11 @@ fn printed_mm(
         return Ok(size_mm);
     }
     let names: Vec<String> = faces.iter().map(|(name, _)| format!(", {name:?}")).collect();
-    let expected =
-        format!("{:?}{}: the mirror or a face before air", Print::MIRROR, names.concat());
+    let expected = format!(
+        "{:?}{}: the mirror or a face before air, or a film",
+        Print::MIRROR,
+        names.concat()
+    );
     Err(at.value("on", format!("{:?}", print.on), &expected))
 }
 
@@ -213,7 +235,7 @@ medium = { index = 1.5 }
 name = "sheet"
 gap_mm = 0.0
 thickness_mm = 0.1
-medium = { index = 1.6 }
+medium = { index = 1.6, scattering_per_mm = 5.0 }
 
 [[prints]]
 "#;
@@ -288,6 +310,18 @@ medium = { index = 1.6 }
                 "at most 0.4",
             ),
             (on("mirror", "reflected = 0.5"), "prints[1].dots", "one of `dots`"),
+            (on("mirror", dots), "prints[1].reflected", "a share from 0 to 1 of ink"),
+            (on("plate", dots), "prints[1].on", "whose medium scatters or converts"),
+            (
+                on("sheet", &format!("reflected = 0.5\n{dots}")),
+                "prints[1].reflected",
+                "which has no ink",
+            ),
+            (
+                on("sheet", &format!("transmitted = 0.5\n{dots}")),
+                "prints[1].transmitted",
+                "which has no ink",
+            ),
             (
                 on(
                     "mirror",

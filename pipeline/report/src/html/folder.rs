@@ -38,7 +38,7 @@ impl Folder {
         let path = directory.join(FILE);
         let text = std::fs::read(&path).with_context(|| {
             format!(
-                "cannot read `{}`; expected a directory written by `reproduce`, `run`, `optimise`, `study`, `tolerance`, `full-wave` or `zones`",
+                "cannot read `{}`; expected a directory written by `reproduce`, `run`, `optimise`, `study`, `tolerance`, `full-wave`, `zones` or `bsdf --films`",
                 path.display()
             )
         })?;

@@ -7,6 +7,7 @@
 //! large ([`pack`], [`models`], [`orders`]). The same folder gives the same bytes.
 
 pub mod before_after;
+pub mod film_stack;
 pub mod folder;
 pub mod full_wave;
 pub mod maps;
@@ -36,6 +37,7 @@ use orders::Source;
 use pictures::{Album, cuts, designs};
 use serde_json::{Value, json};
 
+use results::film_stack::FilmStackFile;
 use results::full_wave::FullWaveFile;
 use results::schema::DomeParts;
 use results::sealed_file::SealedFile;
@@ -158,6 +160,7 @@ pub fn open(directory: &Path) -> Result<Box<dyn PageFolder>> {
             sealed::<StudyFile>,
             sealed::<FullWaveFile>,
             sealed::<ZonesFile>,
+            sealed::<FilmStackFile>,
         ];
         for open in openers {
             if let Some(folder) = open(directory)? {
@@ -321,6 +324,18 @@ impl PageFile for FullWaveFile {
 
     fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
         Ok(json!({"full_wave": full_wave::full_wave(album, &folder.file)?}))
+    }
+}
+
+impl PageFile for FilmStackFile {
+    const TEMPLATE: &'static str = include_str!("assets/film_stack_page.html");
+
+    fn head(&self) -> (&str, &str, u64, &[FileRecord]) {
+        (&self.design, &self.version, self.seed, &self.inputs)
+    }
+
+    fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
+        Ok(json!({"stack": film_stack::film_stack(album, &folder.file)?}))
     }
 }
 

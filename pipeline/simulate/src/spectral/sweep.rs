@@ -279,6 +279,29 @@ impl<'a> Sweep<'a> {
         traced.job(&what).observe(RunContext { seed, ..context })
     }
 
+    /// The wavelengths of `rule` traced once more, with cells of the table of films `widened` or not.
+    pub(super) fn once_more(
+        &self,
+        rule: &Rule,
+        widened: bool,
+        context: RunContext,
+    ) -> Result<Self> {
+        let mut seen = BTreeMap::new();
+        for node in rule {
+            let Traced { design, prepared, paths, .. } = self.at(node);
+            let (design, prepared) = (design.clone(), Arc::clone(prepared));
+            let mut traced = Traced { design, observation: None, prepared, paths: *paths };
+            let what = self.what(&traced.design, node);
+            let seed = self.seed(node, rule.len() == 1, context.seed);
+            let (job, context) = (traced.job(&what), RunContext { seed, ..context });
+            let seen_now =
+                if widened { job.observe_widened(context) } else { job.observe(context) };
+            traced.observation = Some(seen_now?);
+            seen.insert(self.key(node), traced);
+        }
+        Ok(Self { job: self.job, seen, prepared: BTreeMap::new() })
+    }
+
     fn seed(&self, node: &Node, alone: bool, seed: u64) -> u64 {
         let first = self.job.lights.lights[node.light].sources.first();
         match (alone, first) {
