@@ -42,8 +42,12 @@ pub fn complete(arguments: &CompletionsArgs, mut cli: Command, context: RunConte
 pub fn man(arguments: &ManArgs, mut cli: Command, context: RunContext) -> Result<()> {
     writable(&arguments.directory)?;
     cli.build();
+    let source = format!("batwing {}", cli.get_version().unwrap_or_default());
     let commands = cli.get_subcommands().filter(|command| command.get_name() != "help");
-    let pages = std::iter::once(&cli).chain(commands).map(|command| Man::new(command.clone()));
+    // Without a blank for the date the source would stand in its place.
+    let pages = std::iter::once(&cli).chain(commands).map(|command| {
+        Man::new(command.clone()).date(" ").source(&source).manual("Manual of batwing")
+    });
     let mut files = Vec::new();
     for page in pages {
         let file = arguments.directory.join(page.get_filename());
