@@ -491,6 +491,19 @@ const COMMANDS: &[(&str, &[&str])] = &[
             "2.png`: colour space: expected BT.709, linear as in the first picture, got BT.709, sRGB",
         ],
     ),
+    (
+        "zones boxed.toml --pattern drives.csv --picture linear-gamma.png",
+        &[
+            "`linear-gamma.png`: colour space: expected sRGB or linear light on a panel without sub_pixels, got gAMA or cHRM other than of sRGB",
+        ],
+    ),
+    (
+        "zones red.toml --pattern full.csv --paths 1000000000",
+        &[
+            "`full.csv`: --gamut: expected primaries about the white of the panel,",
+            "got BT.709; --white states another white",
+        ],
+    ),
     ("zones rgb.toml --pattern full.csv --direct", &["--direct: expected none with channels"]),
     ("import f.doc", &["f.doc: expected a table, a far field, rays or scattering, cannot open it"]),
     ("import file", &["expected a file ending in"]),
@@ -541,6 +554,11 @@ fn commands() -> TempDir {
     std::fs::create_dir(at.join("laws")).expect("a folder");
     std::fs::write(at.join("laws/1.png"), png(png::ColorType::Grayscale, None)).expect("written");
     std::fs::write(at.join("laws/2.png"), png(png::ColorType::Rgb, None)).expect("written");
+    std::fs::write(at.join("linear-gamma.png"), png(png::ColorType::Grayscale, Some(1.0)))
+        .expect("written");
+    // A die that is red alone has no white.
+    let red = coloured().replace("[440.0, 455.0, 470.0]", "[612.0, 632.0, 652.0]");
+    write("red.toml", &red.replace("[500.0, 530.0, 560.0]", "[614.0, 634.0, 654.0]"));
     std::fs::write(at.join("profile.png"), png(png::ColorType::Rgb, Some(1.0))).expect("written");
     std::fs::create_dir(at.join("frames")).expect("a folder");
     for (name, columns) in [("1", 2), ("2", 3)] {

@@ -53,6 +53,23 @@ impl Column {
 /// No columns, lengths that differ, a name that is empty, appears twice or needs quoting, an
 /// infinite value, or a file that cannot be written.
 pub fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
+    write_beside(path, None, columns)
+}
+
+/// Writes `columns` beside a first one of texts, which are quoted where they need it.
+///
+/// # Errors
+/// Those of [`write_csv`]; another number of texts.
+pub fn write_named_csv(
+    path: &Path,
+    heading: &str,
+    names: &[String],
+    columns: &[Column],
+) -> Result<()> {
+    write_beside(path, Some((heading, names)), columns)
+}
+
+fn write_beside(path: &Path, texts: Option<(&str, &[String])>, columns: &[Column]) -> Result<()> {
     let Some(first) = columns.first() else {
         anyhow::bail!("a table needs at least one column");
     };
@@ -75,15 +92,26 @@ pub fn write_csv(path: &Path, columns: &[Column]) -> Result<()> {
             "column `{name}` holds an infinite value"
         );
     }
+    if let Some((heading, texts)) = texts {
+        ensure!(
+            texts.len() == first.values.len(),
+            "column `{heading}`: expected {} values as in `{}`, got {}",
+            first.values.len(),
+            first.name,
+            texts.len()
+        );
+    }
     write_atomic(path, |file| {
-        let names: Vec<&str> = columns.iter().map(|c| c.name.as_str()).collect();
-        writeln!(file, "{}", names.join(","))?;
+        let names = columns.iter().map(|c| c.name.clone());
+        let heading = texts.map(|(heading, _)| quoted(heading));
+        writeln!(file, "{}", heading.into_iter().chain(names).collect::<Vec<_>>().join(","))?;
         for row in 0..first.values.len() {
             let field = |column: &Column| match (column.values[row], column.is_whole) {
                 (value, true) if value.is_finite() => format!("{value:.0}"),
                 (value, _) => shortest(value),
             };
-            let fields: Vec<String> = columns.iter().map(field).collect();
+            let text = texts.map(|(_, texts)| quoted(&texts[row]));
+            let fields: Vec<String> = text.into_iter().chain(columns.iter().map(field)).collect();
             writeln!(file, "{}", fields.join(","))?;
         }
         Ok(())

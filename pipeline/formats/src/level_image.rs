@@ -2,10 +2,10 @@
 //! Images of levels from 0 to 1: drives of dimming zones, pictures on a panel.
 //!
 //! A text file has a line for each row of numbers, between commas, semicolons or blanks; lines that
-//! are empty or begin with `#` are skipped. A PNG is grey with 8 or 16 bits, read as linear: the
-//! largest number is 1. The first row of both is the top, of the largest y. Height maps are read
-//! alike, of any finite numbers, and as `.npy` too. Colour images are the same with red, green and
-//! blue of a PNG.
+//! are empty or begin with `#` are skipped. A PNG is grey with 8 or 16 bits, whose largest number
+//! is 1. The first row of both is the top, of the largest y. Height maps are read alike, of any finite
+//! numbers, and as `.npy` too. Colour images are the same with red, green and blue of a PNG. Numbers
+//! come as they are: what light they stand for follows from the [`ColourSpace`] that the file states.
 
 use std::io::{Cursor, Read};
 use std::ops::RangeInclusive;
@@ -15,6 +15,7 @@ use anyhow::{Context, Result, bail, ensure};
 use png::{BitDepth, ColorType, Decoder, Limits, ScaledFloat};
 
 use arrays::npy;
+use metrics::gamut::{BT709, D65};
 use runtime::bounded_text::{MAX_ROWS, bounded_bytes, open};
 use runtime::content_hash::sha256_hex;
 use runtime::provenance::FileRecord;
@@ -46,18 +47,34 @@ pub struct LevelImage {
     pub levels: Vec<f64>,
 }
 
+/// The colour space that a file states of its levels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ColourSpace {
+    /// None.
+    Unstated,
+    /// sRGB.
+    Srgb,
+    /// Primaries and transfer by the code points of ITU-T H.273, of RGB in full range.
+    CodePoints([u8; 2]),
+    /// Another, that is not read.
+    Unread(&'static str),
+}
+
 impl LevelImage {
-    /// Reads the file at `path`; its record beside the image.
+    /// Reads the file at `path`, with what it states of its levels and its record.
     ///
     /// # Errors
     /// A file that cannot be read, and where in it which number was expected.
-    pub fn read(path: &Path) -> Result<(Self, FileRecord)> {
+    pub fn read(path: &Path) -> Result<(Self, ColourSpace, FileRecord)> {
         let name = path.display().to_string();
-        let read = || -> Result<(Self, FileRecord)> {
+        let read = || -> Result<(Self, ColourSpace, FileRecord)> {
             let bytes = image_bytes(path)?;
-            let is_png = bytes.starts_with(PNG);
-            let image = if is_png { from_png(&bytes) } else { from_text(&bytes, &LEVELS) };
-            Ok((image?, FileRecord::new(name.clone(), &bytes)))
+            let (image, space) = if bytes.starts_with(PNG) {
+                from_png(&bytes)?
+            } else {
+                (from_text(&bytes, &LEVELS)?, ColourSpace::Unstated)
+            };
+            Ok((image, space, FileRecord::new(name.clone(), &bytes)))
         };
         read().with_context(|| format!("`{name}`"))
     }
@@ -70,7 +87,7 @@ impl LevelImage {
         let read = || -> Result<(Self, String)> {
             let bytes = image_bytes(path)?;
             let image = match &bytes {
-                png if png.starts_with(PNG) => from_png(png),
+                png if png.starts_with(PNG) => from_png(png).map(|(image, _)| image),
                 array if array.starts_with(NPY) => from_npy(array),
                 text => from_text(text, &FINITE),
             };
@@ -106,10 +123,8 @@ pub struct ColourImage {
     pub levels: Vec<[u16; 3]>,
     /// True if the file is grey.
     pub is_grey: bool,
-    /// Primaries and transfer that the file states, by the code points of ITU-T H.273.
-    pub code_points: Option<[u8; 2]>,
-    /// A colour space that the file states and that is not read.
-    pub unread: Option<&'static str>,
+    /// What the file states of them.
+    pub space: ColourSpace,
 }
 
 impl ColourImage {
@@ -136,7 +151,7 @@ impl ColourImage {
         let levels = image.levels.iter().map(|level| [(65_535.0 * level).round() as u16; 3]);
         let (columns, rows) = (image.columns, image.rows);
         let levels = levels.collect();
-        Self { columns, rows, levels, is_grey: true, code_points: None, unread: None }
+        Self { columns, rows, levels, is_grey: true, space: ColourSpace::Unstated }
     }
 
     /// Levels of red, green or blue from 0 to 1, as they are.
@@ -199,10 +214,10 @@ fn from_text(bytes: &[u8], (range, one): &Numbers) -> Result<LevelImage> {
     Ok(LevelImage::from_top(columns, &levels))
 }
 
-fn from_png(bytes: &[u8]) -> Result<LevelImage> {
+fn from_png(bytes: &[u8]) -> Result<(LevelImage, ColourSpace)> {
     let png = Png::decode(bytes, false)?;
     let levels: Vec<f64> = png.numbers.iter().map(|n| f64::from(*n) / 65_535.0).collect();
-    Ok(LevelImage::from_top(png.columns, &levels))
+    Ok((LevelImage::from_top(png.columns, &levels), png.space))
 }
 
 /// A PNG of `columns` pixels a row from red, green and blue of 8 bits, the top row first.
@@ -228,36 +243,46 @@ struct Png {
     depth: usize,
     /// From 0 to 65535.
     numbers: Vec<u16>,
-    code_points: Option<[u8; 2]>,
-    /// A colour space that is not read.
-    unread: Option<&'static str>,
+    space: ColourSpace,
 }
 
-/// The colour space that a PNG states and that is not read, if any: cICP comes before iCCP, sRGB, and
-/// gAMA with cHRM (PNG, third edition, 4.3).
-fn unread(info: &png::Info) -> Option<&'static str> {
+/// The colour space that a PNG states: cICP comes before iCCP, sRGB, and gAMA with cHRM (PNG, third
+/// edition, 4.3).
+fn stated_space(info: &png::Info) -> ColourSpace {
     if let Some(points) = info.coding_independent_code_points {
         let is_rgb = points.is_video_full_range_image && points.matrix_coefficients == 0;
-        return (!is_rgb).then_some("cICP of narrow range or no RGB");
+        return if is_rgb {
+            ColourSpace::CodePoints([points.color_primaries, points.transfer_function])
+        } else {
+            ColourSpace::Unread("cICP of narrow range or no RGB")
+        };
     }
     if let Some(profile) = &info.icc_profile {
-        return (!is_srgb(profile)).then_some("an ICC profile other than sRGB");
+        return if is_srgb(profile) {
+            ColourSpace::Srgb
+        } else {
+            ColourSpace::Unread("an ICC profile other than sRGB")
+        };
     }
     if info.srgb.is_some() {
-        return None;
+        return ColourSpace::Srgb;
     }
-    let is_near = |a: f32, b: f32| (a - b).abs() <= 1e-3;
+    let is_near = |a: f32, b: f64| (f64::from(a) - b).abs() <= 1e-3;
     // Writers of sRGB state 1/2.2, as the standard asks them to.
-    let has_gamma = info.gama_chunk.is_some_and(|gamma| !is_near(gamma.into_value(), 0.45455));
-    let others = info.chrm_chunk.is_some_and(|of| {
+    let has_gamma = info.gama_chunk.map(|gamma| is_near(gamma.into_value(), 1.0 / 2.2));
+    let has_primaries = info.chrm_chunk.is_none_or(|of| {
         let found = [of.white, of.red, of.green, of.blue];
-        let srgb = [(0.3127, 0.329), (0.64, 0.33), (0.3, 0.6), (0.15, 0.06)];
-        let same = |((x, y), (a, b)): (&(ScaledFloat, ScaledFloat), (f32, f32))| {
+        let [red, green, blue] = BT709.xy;
+        let same = |((x, y), [a, b]): (&(ScaledFloat, ScaledFloat), [f64; 2])| {
             is_near(x.into_value(), a) && is_near(y.into_value(), b)
         };
-        !found.iter().zip(srgb).all(same)
+        found.iter().zip([D65, red, green, blue]).all(same)
     });
-    (has_gamma || others).then_some("gAMA or cHRM other than of sRGB")
+    match has_gamma {
+        Some(true) if has_primaries => ColourSpace::Srgb,
+        None if has_primaries => ColourSpace::Unstated,
+        _ => ColourSpace::Unread("gAMA or cHRM other than of sRGB"),
+    }
 }
 
 impl Png {
@@ -284,9 +309,7 @@ impl Png {
                 bits as u8
             );
         };
-        let unread = unread(info);
-        let stated = info.coding_independent_code_points;
-        let code_points = stated.map(|of| [of.color_primaries, of.transfer_function]);
+        let space = stated_space(info);
         let per_number = if bits == BitDepth::Eight { 1 } else { 2 };
         let mut pixels = vec![0; columns * rows * depth * per_number];
         reader.next_frame(&mut pixels)?;
@@ -295,7 +318,7 @@ impl Png {
             _ => 257 * u16::from(bytes[0]),
         };
         let numbers = pixels.chunks_exact(per_number).map(number).collect();
-        Ok(Self { columns, depth, numbers, code_points, unread })
+        Ok(Self { columns, depth, numbers, space })
     }
 
     fn colours(self) -> ColourImage {
@@ -308,8 +331,7 @@ impl Png {
             rows: levels.len() / self.columns,
             levels,
             is_grey: self.depth == 1,
-            code_points: self.code_points,
-            unread: self.unread,
+            space: self.space,
         }
     }
 }
@@ -338,19 +360,19 @@ mod tests {
             assert_eq!(from_text(text.as_bytes(), &LEVELS).expect(text), expected);
         }
         let eight = png(ColorType::Grayscale, BitDepth::Eight, &[0, 153, 255, 51]);
-        assert_eq!(from_png(&eight).expect("8 bits"), expected);
+        assert_eq!(from_png(&eight).expect("8 bits").0, expected);
         let wide = [0, 0, 0x99, 0x99, 0xff, 0xff, 0x33, 0x33];
         let sixteen = png(ColorType::Grayscale, BitDepth::Sixteen, &wide);
-        assert_eq!(from_png(&sixteen).expect("16 bits"), expected);
+        assert_eq!(from_png(&sixteen).expect("16 bits").0, expected);
     }
 
-    /// What a file states of its colours comes in the order of the standard.
+    /// What a file states of its levels comes in the order of the standard.
     #[test]
-    fn colour_spaces_that_are_not_read_are_named() {
+    fn files_state_their_colour_spaces() {
         let of = |state: &dyn Fn(&mut png::Info)| {
             let mut info = png::Info::with_size(1, 1);
             state(&mut info);
-            unread(&info)
+            stated_space(&info)
         };
         let points = |full, matrix| png::CodingIndependentCodePoints {
             color_primaries: 9,
@@ -360,17 +382,45 @@ mod tests {
         };
         let scaled = |v: f32| Some(ScaledFloat::new(v));
         let profile = || Some(b"a profile called sRGB".to_vec().into());
-        assert_eq!(of(&|_| {}), None);
-        assert_eq!(of(&|info| info.gama_chunk = scaled(0.45455)), None);
-        assert!(of(&|info| info.gama_chunk = scaled(1.0)).is_some_and(|w| w.contains("gAMA")));
-        assert!(of(&|info| info.icc_profile = profile()).is_some_and(|w| w.contains("ICC")));
+        assert_eq!(of(&|_| {}), ColourSpace::Unstated);
+        assert_eq!(of(&|info| info.gama_chunk = scaled(0.45455)), ColourSpace::Srgb);
+        let words = |space| match space {
+            ColourSpace::Unread(words) => words,
+            other => panic!("{other:?}"),
+        };
+        assert!(words(of(&|info| info.gama_chunk = scaled(1.0))).contains("gAMA"));
+        assert!(words(of(&|info| info.icc_profile = profile())).contains("ICC"));
         for (full, matrix, is_read) in [(true, 0, true), (false, 0, false), (true, 9, false)] {
             let found = of(&|info| {
                 info.icc_profile = profile();
                 info.gama_chunk = scaled(1.0);
                 info.coding_independent_code_points = Some(points(full, matrix));
             });
-            assert_eq!(found.is_none(), is_read, "{found:?}");
+            assert_eq!(found == ColourSpace::CodePoints([9, 16]), is_read, "{found:?}");
+        }
+    }
+
+    /// Grey and RGB files alike say what they are of.
+    #[test]
+    fn grey_pictures_and_coloured_ones_state_srgb_alike() {
+        for (colour, depth) in [(ColorType::Grayscale, 1), (ColorType::Rgb, 3)] {
+            for (is_stated, expected) in [(false, ColourSpace::Unstated), (true, ColourSpace::Srgb)]
+            {
+                let mut bytes = Vec::new();
+                let mut encoder = png::Encoder::new(&mut bytes, 2, 2);
+                encoder.set_color(colour);
+                if is_stated {
+                    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+                }
+                let mut writer = encoder.write_header().expect("a header");
+                writer.write_image_data(&vec![7; 4 * depth]).expect("pixels");
+                writer.finish().expect("written");
+                let read = Png::decode(&bytes, true).expect("a picture").colours();
+                assert_eq!((read.space, read.is_grey), (expected, depth == 1));
+                if depth == 1 {
+                    assert_eq!(from_png(&bytes).expect("grey").1, expected);
+                }
+            }
         }
     }
 

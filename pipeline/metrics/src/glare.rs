@@ -18,7 +18,7 @@
 use rayon::prelude::*;
 
 /// Angles at which the equation holds, degrees.
-pub const RANGE_DEG: [f64; 2] = [0.1, 100.0];
+const RANGE_DEG: [f64; 2] = [0.1, 100.0];
 /// Largest size of bins that are summed together, over their angle from the place looked at.
 const OPENING: f64 = 0.1;
 /// Smallest parts into which bins are cut, degrees: a twentieth of the smallest angle.
@@ -33,16 +33,9 @@ pub struct Observer {
     pub pigment: f64,
 }
 
-impl Default for Observer {
-    /// 25 years and brown eyes.
-    fn default() -> Self {
-        Self { age_years: 25.0, pigment: 0.5 }
-    }
-}
-
 impl Observer {
     /// Luminance of the veil for each lux at the eye, (cd/m²)/lx, at an angle within [`RANGE_DEG`].
-    pub fn veil_per_lux(&self, degrees: f64) -> f64 {
+    fn veil_per_lux(&self, degrees: f64) -> f64 {
         let by_age = 1.0 + (self.age_years / 62.5).powi(4);
         let inverse = 1.0 / degrees;
         let pigment = self.pigment;
@@ -70,13 +63,13 @@ struct Node {
 }
 
 /// Nodes of one size, row by row.
-struct Level {
+struct Tier {
     columns: usize,
     rows: usize,
     nodes: Vec<Node>,
 }
 
-impl Level {
+impl Tier {
     /// Two by two of these in one.
     fn halved(&self) -> Self {
         let [columns, rows] = [self.columns, self.rows].map(|count| count.div_ceil(2));
@@ -97,7 +90,7 @@ impl Level {
 }
 
 /// Places in `level` of the four parts of a node of the level above it.
-fn children([i, j]: [usize; 2], level: &Level) -> impl Iterator<Item = [usize; 2]> {
+fn children([i, j]: [usize; 2], level: &Tier) -> impl Iterator<Item = [usize; 2]> {
     let ends = [(2 * i + 2).min(level.columns), (2 * j + 2).min(level.rows)];
     (2 * j..ends[1]).flat_map(move |j| (2 * i..ends[0]).map(move |i| [i, j]))
 }
@@ -110,7 +103,7 @@ fn middle(bin: usize, count: usize, bin_mm: f64) -> f64 {
 /// A display before an eye.
 pub struct Glare {
     /// Bins, then ever larger nodes up to one.
-    levels: Vec<Level>,
+    levels: Vec<Tier>,
     /// Sides of a bin, mm.
     bin_mm: [f64; 2],
     distance_mm: f64,
@@ -141,7 +134,7 @@ impl Glare {
             at_mm: [middle(k % columns, columns, bin_mm[0]), middle(k / columns, rows, bin_mm[1])],
         };
         let nodes = luminance.iter().enumerate().map(bin).collect();
-        let mut levels = vec![Level { columns, rows, nodes }];
+        let mut levels = vec![Tier { columns, rows, nodes }];
         while let Some(last) = levels.last()
             && last.nodes.len() > 1
         {
@@ -152,7 +145,7 @@ impl Glare {
     }
 
     /// Luminance of the veil, cd/m², over a place in mm from the middle of the display.
-    pub fn veil(&self, at_mm: [f64; 2]) -> f64 {
+    fn veil(&self, at_mm: [f64; 2]) -> f64 {
         let [x, y] = at_mm;
         let length_mm = (x * x + y * y + self.distance_mm * self.distance_mm).sqrt();
         let top = self.levels.len() - 1;
@@ -163,7 +156,7 @@ impl Glare {
 
     /// The veil over the middle of each bin that `is_read`; 0 elsewhere.
     pub fn veils(&self, is_read: impl Fn(usize) -> bool + Sync) -> Vec<f64> {
-        let Level { columns, rows, nodes } = &self.levels[0];
+        let Tier { columns, rows, nodes } = &self.levels[0];
         let of = |bin: usize| {
             if !is_read(bin) {
                 return 0.0;
@@ -234,6 +227,7 @@ mod tests {
     use super::*;
 
     const PI: f64 = std::f64::consts::PI;
+    const USUAL: Observer = Observer { age_years: 25.0, pigment: 0.5 };
 
     /// The terms of the equation by hand, and its ratio of ages: at 62.5 years the second term is
     /// doubled.
@@ -246,9 +240,9 @@ mod tests {
         assert!((old.veil_per_lux(1.0) - (10.0 + 2.0 * 5.1 + 0.0025)).abs() < 1e-12);
         // (25/62.5)⁴ = 0.0256.
         let usual = 10.0 / 8.0 + (5.0 / 4.0 + 0.025) * 1.0256 + 0.00125;
-        assert!((Observer::default().veil_per_lux(2.0) - usual).abs() < 1e-12);
+        assert!((USUAL.veil_per_lux(2.0) - usual).abs() < 1e-12);
         // Between 1° and 30° that of Stiles and Holladay, 10/θ², to its 40 %.
-        let ratio = Observer::default().veil_per_lux(3.0) * 0.9;
+        let ratio = USUAL.veil_per_lux(3.0) * 0.9;
         assert!((0.6..1.4).contains(&ratio), "{ratio}");
     }
 
@@ -257,7 +251,7 @@ mod tests {
     fn a_small_source_on_a_display_is_a_point() {
         let mut luminance = vec![0.0; 101 * 41];
         luminance[20 * 101 + 90] = 1e4;
-        let observer = Observer::default();
+        let observer = USUAL;
         let glare = Glare::new(&luminance, [101, 41], [1.0, 1.0], 500.0, observer);
         // Bin 90 lies 40 mm from the middle; the eye looks at 30 mm on the other side.
         let [to_bin, to_place] = [40f64, 30.0].map(|x| (x / 500.0).atan());
@@ -273,9 +267,7 @@ mod tests {
     #[test]
     fn a_disc_has_the_veil_of_its_integral() {
         let (count, distance, outer) = (400, 300.0, 60.0);
-        for (inner, observer) in
-            [(0.0, Observer::default()), (6.0, Observer { age_years: 70.0, pigment: 1.2 })]
-        {
+        for (inner, observer) in [(0.0, USUAL), (6.0, Observer { age_years: 70.0, pigment: 1.2 })] {
             // The part of a bin on an edge, by 8 x 8 points.
             let part = |k: usize| {
                 let at = |k: usize, s: usize| (k as f64 + (s as f64 + 0.5) / 8.0 - 200.0) * 0.3;
@@ -314,7 +306,7 @@ mod tests {
         let luminance: Vec<f64> = (0..size[0] * size[1])
             .map(|_| if draw() < 0.125 { 1000.0 * draw() } else { 0.0 })
             .collect();
-        let observer = Observer::default();
+        let observer = USUAL;
         let glare = Glare::new(&luminance, size, bin, 700.0, observer);
         let places = [[2.0, 2.0], [-300.0, 170.0], [101.0, -3.0], [317.9, -177.9]];
         let of_bins = glare.veils(|bin| bin == 45 * 160 + 80);
@@ -347,10 +339,10 @@ mod tests {
 
     #[test]
     fn black_has_no_veil_and_older_eyes_more() {
-        let dark = Glare::new(&[0.0; 12], [4, 3], [5.0; 2], 400.0, Observer::default());
+        let dark = Glare::new(&[0.0; 12], [4, 3], [5.0; 2], 400.0, USUAL);
         assert!(dark.veil([1.0, 1.0]).abs() < f64::MIN_POSITIVE);
         let lit = |age_years| {
-            let observer = Observer { age_years, ..Observer::default() };
+            let observer = Observer { age_years, ..USUAL };
             Glare::new(&[100.0; 12], [4, 3], [5.0; 2], 400.0, observer).veil([30.0, 0.0])
         };
         assert!(lit(70.0) > 1.2 * lit(25.0) && lit(25.0) > 0.0);

@@ -62,8 +62,8 @@ impl Grouped {
 
     /// The estimate of the total that all groups but `g` give.
     pub fn without(&self, g: usize) -> Vec<f64> {
-        let scale = self.count() as f64 / (self.count() as f64 - 1.0);
-        self.total.iter().zip(&self.groups[g]).map(|(t, v)| (t - v) * scale).collect()
+        let pairs = self.total.iter().zip(&self.groups[g]);
+        pairs.map(|(total, group)| without_group(*total, *group, self.count())).collect()
     }
 
     /// The weighted sum of all parts, group by group: groups of one number are added, so that a
@@ -161,6 +161,11 @@ impl Grouped {
     pub fn standard_errors(&self) -> Vec<f64> {
         self.each(|_, power| power).1
     }
+}
+
+/// The estimate of a sum that all of `count` groups but one give.
+pub fn without_group(total: f64, group: f64, count: usize) -> f64 {
+    (total - group) * (count as f64 / (count as f64 - 1.0))
 }
 
 /// The figure `f` of the totals with its jackknife standard error √((G-1)/G Σ (θ₋g - θ̄)²).

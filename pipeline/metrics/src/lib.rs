@@ -73,5 +73,5 @@ pub mod valley;
 
 pub use bounds::Bounds;
 pub use estimate::Estimate;
-pub use jackknife::{Grouped, jackknife, spread, without_noise};
+pub use jackknife::{Grouped, jackknife, spread, without_group, without_noise};
 pub use jackknifed_figure::JackknifedFigure;

@@ -101,7 +101,10 @@ def test_zones_in_colour_are_arrays_of_xyz() -> None:
     clear = {"wavelength_nm": [400, 700], "transmittance": [0.3, 0.3]}
     data["panel"] = {"sub_pixels": [clear, clear, clear]}
     pattern = {"red": DRIVES, "blue": np.zeros_like(DRIVES)}
-    found = simulate.zones(simulate.Design(data), pattern, picture=DRIVES, seed=3)
+    found = simulate.zones(
+        simulate.Design(data), pattern, picture=DRIVES, test_patterns=True, seed=3
+    )
+    assert found.raw["colour"]["test_patterns"]["zone"]["power_share"] == pytest.approx(1 / 6)
     assert found.xyz.keys() == found.maps.keys() == {"backlight", "panel"}
     # Numbers of any kind are a white, which these two channels cannot give.
     for white in (np.array([0.3127, 0.329]), [np.float64(0.3127), 0.329], (0.3127, 0.329)):

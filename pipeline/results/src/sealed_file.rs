@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Reads a JSON file of results that holds the version of its layout and the hash of its content.
 
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, ensure};
 use serde::de::DeserializeOwned;
 
+use runtime::atomic_file::supersede;
 use runtime::content_hash;
 use runtime::provenance::FileRecord;
 use runtime::serde_messages::key_text;
@@ -33,6 +34,33 @@ pub trait SealedFile: DeserializeOwned {
         let path = directory.join(Self::FILE);
         if path.exists() { read::<Self>(&path).map(Some) } else { Ok(None) }
     }
+
+    /// Removes the file in `directory` and those that it lists there, before others take their place;
+    /// what is among `inputs` stays. A file that cannot be read lists none.
+    ///
+    /// # Errors
+    /// A file that cannot be removed.
+    fn remove_earlier(directory: &Path, inputs: &[FileRecord]) -> Result<()> {
+        let path = directory.join(Self::FILE);
+        let json = std::fs::read(&path).ok().and_then(|text| bsdf::json::parse(&text).ok());
+        let listed = json.as_ref().and_then(|json| json["files"].as_array());
+        let names = listed.into_iter().flatten().filter_map(|file| file["file"].as_str());
+        let inputs: Vec<PathBuf> =
+            inputs.iter().filter_map(|input| std::fs::canonicalize(&input.file).ok()).collect();
+        for name in names.map(Path::new).filter(|name| lies_within(name)) {
+            let listed = directory.join(name);
+            let is_input = std::fs::canonicalize(&listed).is_ok_and(|path| inputs.contains(&path));
+            if !is_input {
+                supersede(&listed)?;
+            }
+        }
+        supersede(&path)
+    }
+}
+
+/// True of a path that does not leave the folder that it starts from.
+fn lies_within(name: &Path) -> bool {
+    name.components().all(|part| matches!(part, Component::Normal(_)))
 }
 
 fn read<T: SealedFile>(path: &Path) -> Result<T> {
@@ -56,4 +84,22 @@ fn read<T: SealedFile>(path: &Path) -> Result<T> {
     );
     serde_path_to_error::deserialize(&json)
         .map_err(|e| anyhow!("`{shown}`: {}: {}", key_text(e.path()), e.inner()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_outside_of_the_folder_is_removed() {
+        for (name, expected) in [
+            ("film.csv", true),
+            ("film/1.png", true),
+            ("../film.csv", false),
+            ("/etc/film.csv", false),
+            ("film/../../x", false),
+        ] {
+            assert_eq!(lies_within(Path::new(name)), expected, "{name}");
+        }
+    }
 }

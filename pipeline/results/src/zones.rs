@@ -23,7 +23,8 @@ pub const SPREAD: &str = "light_spread.csv";
 /// Files of the maps, without their endings: backlight, and light behind the panel.
 pub const MAPS: [&str; 2] = ["backlight", "panel"];
 /// Pictures in colour, where there are such, without their ending: picture, backlight and panel as
-/// they look, ΔE_ITP of the halo, and that of the panel against the picture.
+/// they look beside D65; ΔE_ITP of what the panel shows where the picture is black; that of what it
+/// shows against the picture.
 pub const COLOUR_PICTURES: [&str; 3] = ["seen", "halo", "error"];
 
 /// The whole file.

@@ -27,6 +27,8 @@ pub mod shell;
 pub mod study;
 pub mod submit;
 pub mod tolerance;
+mod zone_film;
 mod zone_inputs;
+mod zone_options;
 mod zone_pictures;
 pub mod zones;

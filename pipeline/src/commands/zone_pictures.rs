@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Patterns and pictures of `batwing zones`: checked, shown one after the other, and their colours.
 
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
@@ -24,45 +23,28 @@ use results::zones::{
 use runtime::atomic_file::write_bytes;
 use runtime::provenance::FileRecord;
 use runtime::run_context::RunContext;
-use zones::colour::{ColourEstimate, ColourFigures, FullDrive, PictureLight, check_white, painted};
+use zones::colour_estimates::ColourEstimate;
+use zones::full_drive::{Channels, FullDrive};
 use zones::levels::{Needs, check_size, from_picture, power_share};
-use zones::{Array, Dimmed, Pattern, ZonedDesign};
+use zones::pattern_colours::PatternColours;
+use zones::picture::{PictureLight, check_white, painted};
+use zones::{Array, Dimmed, Pattern, PatternPicture, ZonedDesign};
 
-use super::zone_inputs::{
-    Drives, ZonesArgs, check_lit, colour_space, colours, drives, levels, pictures, rule_name,
-    transfer_name,
-};
+use super::zone_inputs::{Drives, check_lit, colour_space, colours, drives, grey_light, pictures};
+use super::zone_options::{ZonesArgs, rule_name, transfer_name};
 
 /// Arrays of X, Y and Z of the maps.
 pub const COLOUR_ARRAYS: [&str; 2] = ["backlight_xyz.npy", "panel_xyz.npy"];
 /// What the panel shows of the picture.
 pub const PAINTED: &str = "panel_picture.png";
-/// Table of several pictures.
-pub const FILM_TABLE: &str = "film.csv";
-/// Folder of what the panel shows of them.
-pub const FILM_FOLDER: &str = "film";
-/// Columns of the table.
-pub const FILM_COLUMNS: [&str; 10] = [
-    "picture",
-    "panel_mean",
-    "panel_largest_zone",
-    "power_share",
-    "halo_black",
-    "halo_black_standard_error",
-    "halo_contrast",
-    "halo_contrast_standard_error",
-    "missing",
-    "leaking",
-];
-
 /// Share of the area of the white window.
 const WINDOW: f64 = 0.1;
 
 /// A picture on the panel.
 #[derive(Clone)]
 enum Picture {
-    /// Levels as light.
-    Grey(LevelImage),
+    /// Levels as light, and the transfer of their file.
+    Grey(LevelImage, Transfer),
     /// Colours with their primaries and transfer.
     Colours(ColourImage, (Primaries, Transfer)),
 }
@@ -88,17 +70,20 @@ pub struct Pictures<'a> {
     pub files: Vec<PathBuf>,
     /// The picture, where there is one file.
     only: Option<Picture>,
+    /// The panel before channels as they emit.
+    emitted: Option<FullDrive>,
 }
 
 /// What one picture gives.
 pub struct Frame {
     /// Light.
-    pub found: Dimmed,
+    pub dimmed: Dimmed,
     /// Drives by channel.
     pub drives: Vec<Vec<f64>>,
     needs: Option<Needs>,
     colour_space: Option<(Primaries, Transfer)>,
-    power_share: f64,
+    /// Power over that of full white.
+    pub power_share: f64,
     /// What the panel shows, as PNG.
     pub painted: Option<Vec<u8>>,
 }
@@ -159,12 +144,14 @@ impl<'a> Pictures<'a> {
             drives,
             files,
             only: None,
+            emitted: None,
         };
         command.inputs.extend(command.drives.iter().flat_map(|drives| drives.inputs.clone()));
-        if let Some(white) = arguments.white {
+        if zoned.has_colours() {
             // Before anything is traced: channels keep their colours on their way, but for dispersion.
-            let mut drive = zoned.emitted_drive(command.contrast);
-            drive.levels(white, &channels).with_context(|| file.clone())?;
+            let channels = Channels { names: &channels, white: arguments.white };
+            let emitted = zoned.emitted_drive(command.contrast, channels);
+            command.emitted = Some(emitted.with_context(|| file.clone())?);
         }
         let grey = command.drives.as_ref().and_then(|drives| drives.grey.as_ref());
         if let Some(grey) = grey.filter(|_| command.files.is_empty() && command.has_sub_pixels()) {
@@ -176,29 +163,32 @@ impl<'a> Pictures<'a> {
         let mut only = None;
         for (number, path) in command.files.iter().enumerate() {
             let (picture, record) = command.picture(path, number > 0)?;
-            let (found, of_picture) = match &picture {
-                Picture::Grey(image) => ([image.columns, image.rows], None),
-                Picture::Colours(image, space) => ([image.columns, image.rows], Some(*space)),
+            let (pixels, law, advice) = match &picture {
+                Picture::Grey(image, transfer) => {
+                    ([image.columns, image.rows], transfer_name(*transfer), "")
+                }
+                Picture::Colours(image, space) => (
+                    [image.columns, image.rows],
+                    space_name(*space),
+                    "; --gamut and --transfer state those of all",
+                ),
             };
-            let expected = *space.get_or_insert(of_picture);
-            let name = |of: Option<(Primaries, Transfer)>| of.map_or_else(String::new, space_name);
+            let expected = space.get_or_insert_with(|| law.clone());
             ensure!(
-                expected == of_picture,
-                "`{}`: colour space: expected {} as in the first picture, got {}; --gamut and --transfer state those of all",
-                record.file,
-                name(expected),
-                name(of_picture)
+                *expected == law,
+                "`{}`: colour space: expected {expected} as in the first picture, got {law}{advice}",
+                record.file
             );
-            let [columns, rows] = *size.get_or_insert(found);
+            let [columns, rows] = *size.get_or_insert(pixels);
             ensure!(
-                found == [columns, rows],
+                pixels == [columns, rows],
                 "`{}`: --picture: expected {columns} x {rows} pixels as in the first, got {} x {}",
                 record.file,
-                found[0],
-                found[1]
+                pixels[0],
+                pixels[1]
             );
             if arguments.levels.is_some() {
-                check_size(found, zoned.zones, &record.file)?;
+                check_size(pixels, zoned.zones, &record.file)?;
             }
             command.inputs.push(record);
             if command.files.len() == 1 {
@@ -223,9 +213,9 @@ impl<'a> Pictures<'a> {
     /// The picture in a file; of a film some may be dark.
     fn picture(&self, path: &Path, may_be_dark: bool) -> Result<(Picture, FileRecord)> {
         if !self.has_sub_pixels() {
-            let (image, record) = levels(path, self.texts)?;
+            let (image, transfer, record) = grey_light(path, self.texts)?;
             check_lit(may_be_dark || image.levels.iter().any(|level| *level > 0.0), &record.file)?;
-            return Ok((Picture::Grey(image), record));
+            return Ok((Picture::Grey(image, transfer), record));
         }
         let (image, record) = colours(path, self.texts)?;
         check_lit(
@@ -238,9 +228,12 @@ impl<'a> Pictures<'a> {
     fn coloured(&self, image: ColourImage, file: &str) -> Result<Picture> {
         let stated = (self.arguments.gamut, self.arguments.transfer);
         let space = colour_space(&image, file, stated)?;
-        if let Some(white) = self.arguments.white {
-            check_white(&space.0, white).with_context(|| format!("`{file}`"))?;
-        }
+        let is_within = match (self.arguments.white, &self.emitted) {
+            (Some(white), _) => check_white(&space.0, white),
+            (None, Some(emitted)) => emitted.check_emitted_white(&space.0),
+            (None, None) => Ok(()),
+        };
+        is_within.with_context(|| format!("`{file}`"))?;
         ensure!(
             space.1.peak_cd_m2().is_none() || self.is_absolute(),
             "`{file}`: --transfer: expected srgb, linear or gamma=G where levels are not in cd/m², got pq; a luminance --receiver and led.power_w make them so"
@@ -248,17 +241,10 @@ impl<'a> Pictures<'a> {
         Ok(Picture::Colours(image, space))
     }
 
-    /// Light of one picture, or of the pattern.
-    pub fn frame(
-        &self,
-        path: Option<&Path>,
-        array: &Array,
-        full: Option<&(FullDrive, Vec<f64>)>,
-        cache: &Cache,
-        context: RunContext,
-    ) -> Result<Frame> {
-        let picture = match (path, &self.only) {
-            (Some(_), Some(only)) => only.clone(),
+    /// The picture of a file, or the pattern as one.
+    fn picture_of(&self, path: Option<&Path>) -> Result<Picture> {
+        match (path, &self.only) {
+            (Some(_), Some(only)) => Ok(only.clone()),
             (Some(path), None) => {
                 let (picture, record) = self.picture(path, true)?;
                 ensure!(
@@ -266,62 +252,76 @@ impl<'a> Pictures<'a> {
                     "`{}`: --picture: expected the file that was checked, got one that has changed since",
                     record.file
                 );
-                picture
+                Ok(picture)
             }
             (None, _) => {
                 let grey = self.drives.as_ref().and_then(|drives| drives.grey.clone());
                 let grey = grey.context("--picture: expected one, got none")?;
                 if self.has_sub_pixels() {
-                    self.coloured(ColourImage::grey(&grey), &self.arguments.pattern[0])?
+                    self.coloured(ColourImage::grey(&grey), &self.arguments.pattern[0])
                 } else {
-                    Picture::Grey(grey)
+                    Ok(Picture::Grey(grey, Transfer::Linear))
                 }
             }
-        };
-        let (image, light, space) = match picture {
-            Picture::Grey(image) => (image, None, None),
+        }
+    }
+
+    /// Light of one picture, or of the pattern.
+    pub fn frame(
+        &self,
+        path: Option<&Path>,
+        array: &Array,
+        full: Option<&FullDrive>,
+        cache: &Cache,
+        context: RunContext,
+    ) -> Result<Frame> {
+        let picture = self.picture_of(path)?;
+        let (light, space) = match &picture {
+            Picture::Grey(image, _) => (PictureLight::grey(image), None),
             Picture::Colours(image, space) => {
-                let white = full.map_or(D65, |(full, _)| full.white_xy());
-                let light = PictureLight::new(&image, (&space.0, space.1), white)?;
-                (LevelImage { columns: 1, rows: 1, levels: vec![0.0] }, Some(light), Some(space))
+                let white = full.map_or(D65, FullDrive::white_xy);
+                let light = PictureLight::new(image, (&space.0, space.1), white)?;
+                (light, Some(*space))
             }
         };
-        let powers = self.powers(full.map(|(_, levels)| &levels[..]));
+        let powers = self.powers(full.map(|full| &full.channel_levels[..]));
         let mut needs = None;
-        let drives = match (&self.drives, self.arguments.levels) {
-            (Some(drives), _) => drives.levels.clone(),
-            (None, rule) => {
-                let rule = rule.context("--levels: expected a rule or a pattern, got neither")?;
-                let grey = || PictureLight::grey(&image);
-                let picture = light.as_ref().map_or_else(|| Cow::Owned(grey()), Cow::Borrowed);
-                let of = match (full, space) {
-                    (Some((full, _)), Some((primaries, transfer))) => {
-                        full.needs(&primaries, transfer, &self.design.channels())?
-                    }
-                    _ => Needs::GREY,
-                };
-                needs = Some(of);
-                let limit = self.arguments.power_limit;
-                let (rule, zones) = ((rule, of), self.zoned.zones);
-                from_picture(&picture, zones, rule, (&powers, limit))
-            }
+        let drives = if let Some(drives) = &self.drives {
+            drives.levels.clone()
+        } else {
+            let rule = self.arguments.levels;
+            let rule = rule.context("--levels: expected a rule or a pattern, got neither")?;
+            let of_pixels = match (full, space) {
+                (Some(full), Some((primaries, transfer))) => {
+                    full.needs(&primaries, transfer, &self.design.channels())?
+                }
+                _ => Needs::GREY,
+            };
+            needs = Some(of_pixels);
+            let limit = self.arguments.power_limit;
+            from_picture(&light, self.zoned.zones, (rule, of_pixels), (&powers, limit))
         };
-        let on_panel = match (&light, full, space) {
-            (Some(light), Some((full, _)), Some((_, transfer))) => full.show(light, transfer),
+        let on_panel = match (full, space) {
+            (Some(full), Some((_, transfer))) => full.show(&light, transfer),
             _ => None,
         };
-        let full_light = full.map_or_else(Vec::new, |(full, _)| full.light());
-        let pattern = Pattern {
-            full_light: &full_light,
-            drives: &drives,
-            picture: &image,
-            contrast: self.contrast,
-            colours: on_panel.as_ref(),
-            viewing: self.arguments.viewing(),
+        let pattern_picture = match (&on_panel, &picture) {
+            (Some(on_panel), _) => PatternPicture::Coloured(on_panel),
+            (None, Picture::Grey(image, _)) => PatternPicture::Grey(image, self.contrast),
+            (None, Picture::Colours(..)) => {
+                anyhow::bail!("--picture: expected a panel with sub_pixels, got none")
+            }
         };
-        let found = self.zoned.dim(array, pattern, self.arguments.direct, cache, context)?;
-        let painted = match (&on_panel, &found.colours, full) {
-            (Some(on_panel), Some(colours), Some((full, _))) => {
+        let beyond = full.map(FullDrive::beyond_light);
+        let pattern = Pattern {
+            drives: &drives,
+            picture: pattern_picture,
+            viewing: self.arguments.viewing(),
+            beyond: beyond.as_ref(),
+        };
+        let dimmed = self.zoned.dim(array, pattern, self.arguments.direct, cache, context)?;
+        let painted = match (&on_panel, &dimmed.colours, full) {
+            (Some(on_panel), Some(colours), Some(full)) => {
                 let area = [0, 1].map(|axis| self.zoned.places.area_mm(axis));
                 let place = (&self.zoned.frame, area);
                 let rgb = painted(colours, place, on_panel, full.white_xy());
@@ -330,7 +330,7 @@ impl<'a> Pictures<'a> {
             _ => None,
         };
         let power_share = power_share(&drives, &powers);
-        Ok(Frame { found, needs, colour_space: space, power_share, painted, drives })
+        Ok(Frame { dimmed, needs, colour_space: space, power_share, painted, drives })
     }
 
     /// Light that each channel emits at its level of full drive.
@@ -352,34 +352,6 @@ impl<'a> Pictures<'a> {
         Some(of_package * self.zoned.places.count() as f64 * share * white / all)
     }
 
-    /// A row of [`FILM_COLUMNS`].
-    pub fn film_row(name: &str, frame: &Frame) -> Vec<String> {
-        let found = &frame.found;
-        let zones = &found.zones[1];
-        let mean = zones.iter().map(|zone| zone.value).sum::<f64>() / zones.len() as f64;
-        let largest = zones.iter().map(|zone| zone.value).fold(0.0, f64::max);
-        let halo = found.halo.map(|[black, _, contrast]| [black, contrast]);
-        let of = |k: usize, read: fn(&Estimate) -> f64| halo.map(|halo| read(&halo[k]));
-        let of_panel =
-            |read: fn(&ColourFigures) -> Option<Estimate>| found.colours.as_ref().and_then(read);
-        let numbers = [
-            Some(mean),
-            Some(largest),
-            Some(frame.power_share),
-            of(0, |halo| halo.value),
-            of(0, |halo| halo.standard_error),
-            of(1, |halo| halo.value),
-            of(1, |halo| halo.standard_error),
-            of_panel(|colours| colours.missing).map(|of| of.value),
-            of_panel(|colours| colours.leaking).map(|of| of.value),
-        ];
-        let text = |number: Option<f64>| {
-            let number = number.filter(|number| number.is_finite());
-            number.map_or_else(String::new, |number| format!("{number:?}"))
-        };
-        std::iter::once(name.to_owned()).chain(numbers.map(text)).collect()
-    }
-
     /// A window, a single zone and a checkerboard of zones on the panel.
     ///
     /// # Errors
@@ -387,10 +359,11 @@ impl<'a> Pictures<'a> {
     pub fn test_patterns(
         &self,
         array: &Array,
-        (full, levels): &(FullDrive, Vec<f64>),
+        full: &FullDrive,
         cache: &Cache,
         context: RunContext,
     ) -> Result<TestPatterns> {
+        let (levels, beyond) = (&full.channel_levels, full.beyond_light());
         let [columns, rows] = self.zoned.zones;
         let of_zones = |is_white: &dyn Fn(usize, usize) -> bool| {
             let level = |k: usize| f64::from(is_white(k % columns, k / columns));
@@ -408,15 +381,14 @@ impl<'a> Pictures<'a> {
         let shown = |picture: &LevelImage, lit: &LevelImage| -> Result<Dimmed> {
             context.interrupt.check()?;
             let drives = vec![lit.levels.clone(); levels.len()];
-            let light = full.greys(picture);
+            let light = PictureLight::greys(picture, full.white_xy());
             let on_panel = full.show(&light, Transfer::Linear);
+            let grey = PatternPicture::Grey(picture, self.contrast);
             let pattern = Pattern {
-                full_light: &full.light(),
                 drives: &drives,
-                picture,
-                contrast: self.contrast,
-                colours: on_panel.as_ref(),
+                picture: on_panel.as_ref().map_or(grey, PatternPicture::Coloured),
                 viewing: None,
+                beyond: Some(&beyond),
             };
             self.zoned.dim(array, pattern, false, cache, context)
         };
@@ -441,7 +413,8 @@ impl<'a> Pictures<'a> {
     pub fn write_colours(&self, frame: &Frame) -> Result<()> {
         let out = &self.arguments.out;
         let [columns, rows] = self.zoned.frame.bins;
-        for (name, xyz) in COLOUR_ARRAYS.iter().zip(frame.found.colours.iter().flat_map(|c| &c.xyz))
+        for (name, xyz) in
+            COLOUR_ARRAYS.iter().zip(frame.dimmed.colours.iter().flat_map(|c| &c.xyz))
         {
             let planes: Vec<f64> = (0..3).flat_map(|k| xyz.iter().map(move |xyz| xyz[k])).collect();
             csv::write_npy(&out.join(name), &[3, rows, columns], &planes)?;
@@ -452,10 +425,10 @@ impl<'a> Pictures<'a> {
     /// Entry of the colours in `zones.json`.
     pub fn colour_entry(
         &self,
-        (full, levels): &(FullDrive, Vec<f64>),
+        full: &FullDrive,
         (frame, test_patterns): (&Frame, Option<TestPatterns>),
     ) -> ColourEntry {
-        let entry = FigureEntry::new;
+        let (entry, levels) = (FigureEntry::new, &full.channel_levels);
         let of_light = |of: ColourEstimate| {
             let both = of.chromaticity.map(|all| all.map(entry));
             let (xy, uv) = (both.map(|[x, y, ..]| [x, y]), both.map(|[.., u, v]| [u, v]));
@@ -468,8 +441,8 @@ impl<'a> Pictures<'a> {
             level: *level,
             light: of_light(full.channel_figures(number)),
         });
-        let colours = frame.found.colours.as_ref();
-        let figure = |read: fn(&ColourFigures) -> Option<Estimate>| {
+        let colours = frame.dimmed.colours.as_ref();
+        let figure = |read: fn(&PatternColours) -> Option<Estimate>| {
             colours.and_then(read).map(|of| entry(of).in_range(Unit::Fraction))
         };
         let white = of_light(full.white_figures());

@@ -18,11 +18,12 @@ use metrics::itp;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
 use report::plots::{Heading, IlluminanceMap, SeenPicture, illuminance_map, seen};
 use results::figure_entry::FigureEntry;
+use results::sealed_file::SealedFile;
 use results::zones::{
     BeyondReach, COLOUR_PICTURES, Direct, FILE, Halo, LightSpread, MAPS, Radius, SCHEMA_VERSION,
     SPREAD, ViewingEntry, ZonesFile,
 };
-use runtime::atomic_file::{supersede, write_bytes, write_json};
+use runtime::atomic_file::{write_bytes, write_json};
 use runtime::content_hash::sealed;
 use runtime::provenance::FileRecord;
 use runtime::run_context::RunContext;
@@ -30,16 +31,16 @@ use serde_json::json;
 use simulate::model::Model;
 use simulate::scene_check;
 use simulate::warnings::warnings;
-use zones::colour::{ColourFigures, FullDrive};
+use zones::full_drive::{Channels, FullDrive};
+use zones::pattern_colours::PatternColours;
 use zones::reference::SHARES;
 use zones::{Array, Dimmed, Request, ZonedDesign};
 
 use super::arguments::cache;
 use super::outputs::results_writable;
-pub use super::zone_inputs::ZonesArgs;
-use super::zone_pictures::{
-    COLOUR_ARRAYS, FILM_COLUMNS, FILM_FOLDER, FILM_TABLE, Frame, PAINTED, Pictures,
-};
+use super::zone_film::{FILM_FOLDER, FILM_TABLE, Film};
+pub use super::zone_options::ZonesArgs;
+use super::zone_pictures::{COLOUR_ARRAYS, Frame, PAINTED, Pictures};
 use output::capitalised;
 
 /// Table of the zones.
@@ -105,6 +106,12 @@ impl Command<'_> {
                 self.design.provenance.file
             ));
         }
+        if self.zoned.passes_over_tolerance() {
+            context.console.warn(&format!(
+                "{}: sources.spectrum.tolerance: zones take three wavelengths of a light, whatever its tolerance, and their errors do not hold what that leaves out; `samples` states more",
+                self.design.provenance.file
+            ));
+        }
         let out = &self.arguments.out;
         let cache = cache(self.arguments.cache.as_deref(), out);
         let files = self.files();
@@ -120,18 +127,15 @@ impl Command<'_> {
         let mut full = None;
         if self.zoned.has_colours() {
             let panel = self.design.panel.as_ref();
-            let mut drive =
-                array.full_drive_of(panel, self.pictures.contrast, (&cache, context))?;
-            let channels = self.design.channels();
-            let levels = match self.arguments.white {
-                Some(white) => drive.levels(white, &channels)?,
-                None => vec![1.0; channels.len()],
-            };
-            array.set(&drive);
-            full = Some((drive, levels));
+            let names = self.design.channels();
+            let channels = Channels { names: &names, white: self.arguments.white };
+            let panel = (panel, self.pictures.contrast);
+            let drive = array.full_drive_of(panel, channels, (&cache, context))?;
+            array = array.driven_by(&drive);
+            full = Some(drive);
         }
         let frame = self.shown(&array, full.as_ref(), &cache, context)?;
-        let found = &frame.found;
+        let found = &frame.dimmed;
         if found.reference.beyond.as_ref().is_some_and(|beyond| beyond.share.is_none()) {
             context.console.warn(&format!(
                 "{}: the light of a package does not fall off within the array of the design, so that no figure is resolved; more packages there and --packages tell more",
@@ -148,7 +152,7 @@ impl Command<'_> {
         self.pictures.write_colours(&frame)?;
         self.write_tables(found, &frame.drives)?;
         self.write_maps(found)?;
-        if let (Some((full, _)), Some(colours)) = (&full, &found.colours) {
+        if let (Some(full), Some(colours)) = (&full, &found.colours) {
             self.draw_colours(full.white_figures().luminance.value, colours)?;
         }
         let written = names.iter().skip(1).map(|name| FileRecord::of_output(out, name));
@@ -174,13 +178,13 @@ impl Command<'_> {
     fn shown(
         &self,
         array: &Array,
-        full: Option<&(FullDrive, Vec<f64>)>,
+        full: Option<&FullDrive>,
         cache: &Cache,
         context: RunContext,
     ) -> Result<Frame> {
         let out = &self.arguments.out;
         let is_film = self.pictures.files.len() > 1;
-        let (mut first, mut film) = (None, Vec::new());
+        let (mut first, mut film) = (None, Film::default());
         for number in 0..self.pictures.files.len().max(1) {
             context.interrupt.check()?;
             let path = self.pictures.files.get(number);
@@ -191,8 +195,7 @@ impl Command<'_> {
                     frame.drives.iter().flatten().any(|drive| *drive > 0.0),
                     "--levels: expected a rule by which the first picture lights a zone, got drives of 0 alone"
                 );
-                self.remove_film()?;
-                supersede(&out.join(FILE))?;
+                ZonesFile::remove_earlier(out, &self.pictures.inputs)?;
             }
             if let Some(path) = path.filter(|_| is_film) {
                 let name = path.file_name().unwrap_or_default();
@@ -202,38 +205,14 @@ impl Command<'_> {
                     self.pictures.files.len(),
                     name.display()
                 ));
-                if let Some(painted) = &frame.painted {
-                    let folder = out.join(FILM_FOLDER);
-                    std::fs::create_dir_all(&folder)
-                        .with_context(|| format!("cannot create `{}`", folder.display()))?;
-                    write_bytes(&folder.join(name), painted)?;
-                }
-                film.push(Pictures::film_row(&name.to_string_lossy(), &frame));
+                film.add(&name.to_string_lossy(), &frame, out)?;
             }
             first.get_or_insert(frame);
         }
         if is_film {
-            csv::write_text_csv(&out.join(FILM_TABLE), &FILM_COLUMNS, &film)?;
+            film.write(out, &self.zoned.receiver.quantity)?;
         }
         first.context("no picture")
-    }
-
-    /// Removes the pictures of an earlier film that its results list.
-    fn remove_film(&self) -> Result<()> {
-        let out = &self.arguments.out;
-        let earlier = std::fs::read(out.join(FILE)).ok();
-        let earlier: Option<serde_json::Value> =
-            earlier.and_then(|bytes| serde_json::from_slice(&bytes).ok());
-        let files = earlier.as_ref().and_then(|of| of["files"].as_array()).into_iter().flatten();
-        for name in files.filter_map(|file| file["file"].as_str()) {
-            let Some(frame) = name.strip_prefix(&format!("{FILM_FOLDER}/")) else { continue };
-            let path = out.join(FILM_FOLDER).join(frame);
-            if !frame.contains(['/', '\\']) && path.is_file() {
-                std::fs::remove_file(&path)
-                    .with_context(|| format!("cannot remove `{}`", path.display()))?;
-            }
-        }
-        Ok(())
     }
 
     /// Files under the directory of results, the sealed one first.
@@ -330,7 +309,7 @@ impl Command<'_> {
 
     /// Pictures of what a panel of sub-pixels shows, with this luminance of white; in cd/m² also
     /// ΔE_ITP of halo and panel.
-    fn draw_colours(&self, white: f64, colours: &ColourFigures) -> Result<()> {
+    fn draw_colours(&self, white: f64, colours: &PatternColours) -> Result<()> {
         if colours.wanted.is_empty() {
             return Ok(());
         }

@@ -9,6 +9,11 @@ pub(super) fn biased(estimate: Estimate, bias: f64) -> Estimate {
     if bias > 0.0 { estimate.with_bias(bias) } else { estimate }
 }
 
+/// Adds `weight` times a colour.
+pub(super) fn add(sum: &mut [f64; 3], value: [f64; 3], weight: f64) {
+    (0..3).for_each(|k| sum[k] += weight * value[k]);
+}
+
 /// The mean of sums over this number of bins, of which one path adds so much to one.
 pub(super) fn figure(mut sums: Vec<f64>, bins: f64, one_path: f64) -> JackknifedFigure {
     for sum in &mut sums {

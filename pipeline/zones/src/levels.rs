@@ -21,8 +21,8 @@ use anyhow::{Result, ensure};
 use rayon::prelude::*;
 
 use super::MIN_DRIVE;
-use super::colour::PictureLight;
 pub use super::needs::Needs;
+use super::picture::PictureLight;
 
 /// How pixels of a zone give its level.
 #[derive(Debug, Clone, Copy, PartialEq)]

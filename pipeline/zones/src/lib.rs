@@ -7,22 +7,25 @@
 //! groups of paths of the responses.
 //!
 //! Sources of several channels, and panels with sub-pixels, make it a pattern for each channel, and
-//! colours ([`colour`]).
+//! colours ([`full_drive`], [`picture`], [`pattern_colours`]).
 //!
 //! The light of a pattern is B(x) = Σ d_p r_p(x) over the packages p at drives d_p. Their responses
 //! r_p are those of the traced array, shifted by whole bins ([`places`]). Of a larger array the walls
 //! of the traced one send back light that lies farther out, a share ε of an inner package's
 //! ([`reference::Beyond`]). No place then lacks or has more than ε W max d_p, with W the mean at full
-//! drive: this bounds the bias of every value.
+//! drive: this bounds the bias of every value. Figures in colours have an ε and W of each channel.
 
 mod cells;
-pub mod colour;
+pub mod colour_estimates;
 mod estimates;
+pub mod full_drive;
 pub mod levels;
 pub mod map_receiver;
 mod needs;
 mod panel;
-pub mod panel_colour;
+mod panel_colour;
+pub mod pattern_colours;
+pub mod picture;
 pub mod places;
 pub mod reference;
 mod responses;
@@ -37,6 +40,7 @@ use serde_json::{Value, json};
 
 use arrays::cache::Cache;
 use design::Design;
+use design::spectrum::Sampling;
 use formats::level_image::LevelImage;
 use metrics::glare::Viewing;
 use metrics::{Estimate, JackknifedFigure};
@@ -46,13 +50,14 @@ use runtime::run_context::RunContext;
 use runtime::store::Store;
 
 use self::cells::Cells;
-use self::colour::{ColourFigures, PictureOnPanel};
 use self::estimates::biased;
 use self::map_receiver::{Frame, MapReceiver};
-use self::panel::Panel;
+use self::panel::PanelBeforeZones;
+use self::pattern_colours::PatternColours;
+use self::picture::PictureOnPanel;
 use self::places::Places;
 use self::reference::{Reference, sum_of};
-use self::responses::{Part, Responses, direct};
+use self::responses::{ChannelLight, Responses, direct};
 use self::superposition::{Block, Piece, Turn};
 use simulate::model::Model;
 use simulate::trace::GROUPS;
@@ -85,7 +90,7 @@ pub struct ZonedDesign<'a> {
     /// Bins of the maps.
     pub frame: Frame,
     /// Parts of the light where channels or the panel have colours.
-    parts: Option<Vec<Part>>,
+    parts: Option<Vec<ChannelLight>>,
 }
 
 /// Choices of a command beside the design.
@@ -104,19 +109,30 @@ pub struct Request<'a> {
 pub struct Pattern<'a> {
     /// Drives of the zones, for each channel.
     pub drives: &'a [Vec<f64>],
-    /// Levels of the picture, as luminance.
-    pub picture: &'a LevelImage,
-    /// Largest over smallest transmittance of the panel.
-    pub contrast: f64,
-    /// The picture in colours, on a panel of sub-pixels.
-    pub colours: Option<&'a PictureOnPanel<'a>>,
+    /// The picture.
+    pub picture: PatternPicture<'a>,
     /// An eye whose own glare hides a part of the halo.
     pub viewing: Option<Viewing>,
-    /// Mean of each part of the light over the panel at full drive ([`FullDrive::light`]); of light
-    /// without colours that of the panel is taken.
-    ///
-    /// [`FullDrive::light`]: colour::FullDrive::light
-    pub full_light: &'a [f64],
+    /// Light from beyond the traced array, of designs with colours; of others that of the reference.
+    pub beyond: Option<&'a BeyondLight>,
+}
+
+/// The picture on a panel.
+#[derive(Clone, Copy)]
+pub enum PatternPicture<'a> {
+    /// Levels as luminance, on a panel of this largest over smallest transmittance.
+    Grey(&'a LevelImage, f64),
+    /// Colours, on a panel of sub-pixels.
+    Coloured(&'a PictureOnPanel<'a>),
+}
+
+/// Light that any place may lack or have too much at full drive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BeyondLight {
+    /// Of each part of the light.
+    pub parts: Vec<f64>,
+    /// Luminance over that of white.
+    pub of_white: f64,
 }
 
 /// Light of a pattern, in the quantity of the receiver.
@@ -133,12 +149,14 @@ pub struct Dimmed {
     pub halo: Option<[Estimate; 3]>,
     /// The share of black beside bright that lies below the veil of the eye.
     pub hidden: Option<Estimate>,
+    /// The mean of the light behind the panel.
+    pub mean: Estimate,
     /// The mean of the panel at full drive.
     pub white: Estimate,
     /// How far a direct trace lies from the superposition.
     pub direct: Option<DirectTrace>,
     /// Colours behind the panel, where parts of the light have some.
-    pub colours: Option<ColourFigures>,
+    pub colours: Option<PatternColours>,
 }
 
 /// Distance of a direct trace from the superposition.
@@ -208,8 +226,19 @@ impl<'a> ZonedDesign<'a> {
         places.divide(zones)?;
         let interrupt = Interrupt::default();
         let context = RunContext::quiet(&interrupt, 0);
-        let parts = has_colours.then(|| Part::of_colours(design, model, context)).transpose()?;
+        let parts =
+            has_colours.then(|| ChannelLight::of_colours(design, model, context)).transpose()?;
         Ok(Self { design, model, places, zones, receiver, step, frame, parts })
+    }
+
+    /// True where lights with a stated tolerance are traced at wavelengths whose number does not follow
+    /// from it.
+    pub fn passes_over_tolerance(&self) -> bool {
+        let lights = &self.design.colour_lights().lights;
+        let has_tolerance = lights
+            .iter()
+            .any(|light| matches!(light.light.sampling(), Some(Sampling::Tolerance(_))));
+        has_tolerance && self.parts.as_ref().is_some_and(|parts| parts.len() > lights.len())
     }
 
     /// True where channels or the panel have colours.
@@ -259,7 +288,7 @@ impl<'a> ZonedDesign<'a> {
             zones: self.zones,
             step: self.step,
             frame: self.frame,
-            parts: self.parts.clone().unwrap_or_else(Part::whole),
+            parts: self.parts.clone().unwrap_or_else(ChannelLight::whole),
         })
     }
 
@@ -281,11 +310,10 @@ impl<'a> ZonedDesign<'a> {
         // The bound of the bias at full drive, and at that of the pattern.
         let beyond = reference.beyond.as_ref().map_or(0.0, reference::Beyond::bound);
         let largest = pattern.drives.iter().flatten().copied().fold(0.0, f64::max);
-        let whole = [reference.white[groups]];
-        let full_light = if self.has_colours() { pattern.full_light } else { &whole };
-        let pattern = Pattern { full_light, ..pattern };
-        let light = (&array.parts[..], beyond * largest);
-        let panel = Panel::new(self.frame, (self.zones, area), light, pattern);
+        let of_all =
+            BeyondLight { parts: vec![beyond * reference.white[groups]], of_white: beyond };
+        let light = (&array.parts[..], pattern.beyond.unwrap_or(&of_all), largest);
+        let panel = PanelBeforeZones::new(self.frame, (self.zones, area), light, pattern.picture);
         let (shown, hidden) = array.with_pieces(pattern.drives, |pieces| {
             let shown = panel.show(pieces, &reference.white);
             let hidden = pattern.viewing.and_then(|viewing| {
@@ -314,6 +342,7 @@ impl<'a> ZonedDesign<'a> {
             };
             shown.zones[k].iter().zip(&shown.bias.zones).map(one).collect()
         });
+        let mean = shown.mean().times(factor);
         let halo = shown.halo.map(|[black, bright]| {
             let ratio = |black: f64, bright: f64| black / bright;
             let without = black.without.iter().zip(&bright.without);
@@ -347,6 +376,7 @@ impl<'a> ZonedDesign<'a> {
             zones,
             halo,
             hidden,
+            mean,
             white: biased(white, beyond * white.value).times(factor),
             reference,
             direct,
@@ -385,7 +415,7 @@ pub struct Array<'a> {
     step: [usize; 2],
     frame: Frame,
     /// Parts of the light, at full drive.
-    parts: Vec<Part>,
+    parts: Vec<ChannelLight>,
 }
 
 impl Array<'_> {

@@ -4,18 +4,19 @@
 use metrics::dimming::{behind_panel, panel_bias};
 use metrics::glare::{Glare, Viewing};
 use metrics::hits::with_one_path;
-use metrics::{Estimate, JackknifedFigure};
+use metrics::{Estimate, JackknifedFigure, without_group};
 
-use super::Pattern;
 use super::cells::{Cells, Parts, resampled};
-use super::colour::{ColourSums, PictureOnPanel, add};
-use super::estimates::{biased, figure};
+use super::estimates::{add, biased, figure};
 use super::map_receiver::Frame;
-use super::panel_colour::{self, Account, Place};
-use super::responses::Part;
+use super::panel_colour::{Account, LitPixel};
+use super::pattern_colours::{ColourSums, worst};
+use super::picture::PictureOnPanel;
+use super::responses::ChannelLight;
 use super::superposition::{Piece, RowOfGroups, rows_of_parts};
+use super::{BeyondLight, PatternPicture};
 
-/// Part that a bin plays in the halo.
+/// ChannelLight that a bin plays in the halo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
     /// None.
@@ -26,8 +27,16 @@ enum Role {
     Bright,
 }
 
+/// What a picture asks for on its panel.
+enum Wanted<'a> {
+    /// Levels over white, with the contrast of the panel.
+    Grey(f64),
+    /// X, Y and Z in each bin, on sub-pixels.
+    Coloured(&'a PictureOnPanel<'a>, Vec<[f64; 3]>),
+}
+
 /// A picture on a panel before zones.
-pub(super) struct Panel<'a> {
+pub(super) struct PanelBeforeZones<'a> {
     frame: Frame,
     zones: [usize; 2],
     /// Zones of every bin along x and y.
@@ -35,13 +44,11 @@ pub(super) struct Panel<'a> {
     /// Level of each bin from 0 to 1; NaN outside of the panel.
     levels: Vec<f64>,
     roles: Vec<Role>,
-    contrast: f64,
     /// Parts of the light.
-    light: &'a [Part],
-    /// The panel with sub-pixels, and X, Y and Z that are wanted in each bin.
-    colours: Option<(&'a PictureOnPanel<'a>, Vec<[f64; 3]>)>,
-    /// Light that any bin may lack or have too much, by parts, and over full white.
-    beyond: (Vec<f64>, f64),
+    light: &'a [ChannelLight],
+    wanted: Wanted<'a>,
+    /// Light that any bin may lack or have too much.
+    beyond: BeyondLight,
 }
 
 /// What a bin shows: luminance, missing and leaking.
@@ -51,7 +58,7 @@ type Outcome = [f64; 3];
 type Readings = Vec<f64>;
 
 /// What a panel shows.
-pub(super) struct Shown {
+pub(super) struct DisplayedLight {
     /// Backlight and light behind the panel in each bin, as they are summed, with standard errors.
     pub maps: [(Vec<f64>, Vec<f64>); 2],
     /// The same of each zone, with replicates.
@@ -103,48 +110,53 @@ struct ColourRow {
     /// Bounds of the bias in what is missing and leaks.
     bias: [f64; 2],
     /// The panel before each bin.
-    places: Vec<Place>,
+    pixels: Vec<LitPixel>,
 }
 
-impl<'a> Panel<'a> {
+impl<'a> PanelBeforeZones<'a> {
     /// The panel of `frame` before `zones` over `area` (lower end and length along x and y, mm) and
-    /// these parts of the light, of which any bin may lack or have `beyond` of full drive too much,
-    /// which shows the picture of `pattern`.
+    /// these parts of the light, of which any bin may lack or have too much so many times what lies
+    /// beyond the traced array, which shows a picture.
     pub fn new(
         frame: Frame,
         (zones, area): ([usize; 2], [[f64; 2]; 2]),
-        (light, beyond): (&'a [Part], f64),
-        pattern: Pattern<'a>,
+        (light, beyond, drive): (&'a [ChannelLight], &BeyondLight, f64),
+        picture: PatternPicture<'a>,
     ) -> Self {
         let parts = [0, 1].map(|axis| {
             let [low_mm, length_mm] = area[axis];
             Cells { low_mm, length_mm, count: zones[axis] }.parts(&frame, axis)
         });
-        let wanted = pattern.colours.map(|colours| {
-            let picture = colours.picture;
-            let at = |k: usize| picture.xyz[k].map(f64::from);
-            (colours, resampled([picture.columns, picture.rows], at, &frame, area))
-        });
-        let image = pattern.picture;
-        let levels = if let Some((_, wanted)) = &wanted {
-            wanted.iter().map(|xyz| xyz[1]).collect()
-        } else {
-            let at = |k: usize| [image.levels[k]];
-            resampled([image.columns, image.rows], at, &frame, area).concat()
+        let (levels, wanted) = match picture {
+            PatternPicture::Grey(image, contrast) => {
+                let at = |k: usize| [image.levels[k]];
+                let levels = resampled([image.columns, image.rows], at, &frame, area).concat();
+                (levels, Wanted::Grey(contrast))
+            }
+            PatternPicture::Coloured(colours) => {
+                let picture = colours.picture;
+                let at = |k: usize| picture.xyz[k].map(f64::from);
+                let wanted = resampled([picture.columns, picture.rows], at, &frame, area);
+                let levels = wanted.iter().map(|xyz| xyz[1]).collect();
+                (levels, Wanted::Coloured(colours, wanted))
+            }
         };
-        let mut panel = Self {
-            frame,
-            zones,
-            parts,
-            levels,
-            roles: Vec::new(),
-            contrast: pattern.contrast,
-            light,
-            colours: wanted,
-            beyond: (pattern.full_light.iter().map(|mean| beyond * mean).collect(), beyond),
+        let beyond = BeyondLight {
+            parts: beyond.parts.iter().map(|light| drive * light).collect(),
+            of_white: drive * beyond.of_white,
         };
+        let roles = Vec::new();
+        let mut panel = Self { frame, zones, parts, levels, roles, light, wanted, beyond };
         panel.roles = panel.roles();
         panel
+    }
+
+    /// The panel with sub-pixels.
+    fn colours(&self) -> Option<&PictureOnPanel<'a>> {
+        match &self.wanted {
+            Wanted::Grey(_) => None,
+            Wanted::Coloured(colours, _) => Some(colours),
+        }
     }
 
     /// Numbers of bins on black beside bright and on bright.
@@ -184,7 +196,7 @@ impl<'a> Panel<'a> {
 
     /// What it shows before the light of `pieces`; `white` is the mean luminance of the backlight
     /// at full drive, with readings as of [`Readings`].
-    pub fn show(&self, pieces: &[Vec<Piece>], white: &[f64]) -> Shown {
+    pub fn show(&self, pieces: &[Vec<Piece>], white: &[f64]) -> DisplayedLight {
         let groups = white.len() - 1;
         let found =
             rows_of_parts(self.frame.bins, groups, pieces, |y, rows| self.row(y, rows, white));
@@ -192,7 +204,8 @@ impl<'a> Panel<'a> {
         let mut sums = [0, 1].map(|_| vec![vec![0.0; groups + 1]; count]);
         let mut areas = vec![0.0; count];
         let mut halo = [0, 1].map(|_| vec![[0.0; 3]; groups + 1]);
-        let mut colours = self.has_colours().then(|| ColourSums::new(count, groups + 1));
+        let mut colours =
+            self.has_colours().then(|| ColourSums::new(count, groups + 1, self.ends()));
         let mut maps = [0, 1].map(|_| (Vec::new(), Vec::new()));
         let mut bias = Vec::with_capacity(self.levels.len());
         let across = self.areas_of_columns();
@@ -209,7 +222,7 @@ impl<'a> Panel<'a> {
                 }
             }
             if let (Some(sums), Some(row)) = (&mut colours, row.colours) {
-                sums.add(row.xyz, row.places, (&row.accounts, row.bias));
+                sums.add(row.xyz, row.pixels, (&row.accounts, row.bias));
                 for (j, part) in &self.parts[1][y] {
                     let of_row = &mut sums.dark[j * self.zones[0]..][..self.zones[0]];
                     of_row.iter_mut().zip(&row.dark).for_each(|(sum, of)| sum.add(of, *part));
@@ -237,14 +250,15 @@ impl<'a> Panel<'a> {
             (Some(black), Some(bright)) if bins.iter().all(|n| *n > 0) => Some([black, bright]),
             _ => None,
         };
-        if let (Some(sums), Some((of, wanted))) = (&mut colours, &self.colours) {
+        if let (Some(sums), Wanted::Coloured(on_panel, wanted)) = (&mut colours, &self.wanted) {
+            let scale = on_panel.scale[groups];
+            sums.white.clone_from(&on_panel.white);
+            sums.white_moves_uv = on_panel.white_moves_uv;
             // Beyond the panel nothing is asked for.
             let on_panel = |value: f64| if value.is_nan() { 0.0 } else { value };
-            let scale = of.scale[groups];
-            sums.white.clone_from(&of.white);
             sums.wanted = wanted.iter().map(|xyz| xyz.map(|v| scale * on_panel(v))).collect();
         }
-        Shown { maps, zones, halo, bias, colours }
+        DisplayedLight { maps, zones, halo, bias, colours }
     }
 
     /// The share of the halo that lies below the veil of the eye which looks at what is wanted of this
@@ -276,8 +290,8 @@ impl<'a> Panel<'a> {
                     light_of(rows, &totals, (x, reading), &mut light);
                     // The last two have more light before less veil, and less before more.
                     let more = [0.0, 1.0, -1.0][number - reading];
-                    let light = self.with_beyond(&light, more);
-                    let veil = veil[bin] * (1.0 - more * self.beyond.1);
+                    let light = self.with_beyond(&light, more, None);
+                    let veil = veil[bin] * (1.0 - more * self.beyond.of_white);
                     let at = (bin, reading);
                     let halo = self.shown(at, &light, white[reading], &mut Account::default())[1];
                     sum[0] += halo.max(0.0);
@@ -301,15 +315,36 @@ impl<'a> Panel<'a> {
 
     /// Luminance that the picture asks for in a bin; 0 outside of the panel.
     fn wanted_y(&self, (bin, reading): (usize, usize), white: &[f64]) -> f64 {
-        let scale = self.colours.as_ref().map_or(white[reading], |(of, _)| of.scale[reading]);
+        let scale = self.colours().map_or(white[reading], |colours| colours.scale[reading]);
         let level = self.levels[bin];
         if level.is_nan() { 0.0 } else { level * scale }
     }
 
-    /// `light` by parts with so many times the light that may come from beyond.
-    fn with_beyond(&self, light: &[f64], times: f64) -> Vec<f64> {
-        let beyond = self.beyond.0.iter().chain(std::iter::repeat(&0.0));
-        light.iter().zip(beyond).map(|(light, more)| (light + times * more).max(0.0)).collect()
+    /// `light` by parts with so many times the light that may come from beyond, of one channel or all.
+    fn with_beyond(&self, light: &[f64], times: f64, channel: Option<usize>) -> Vec<f64> {
+        let more = |((light, part), beyond): ((&f64, &ChannelLight), &f64)| {
+            let is_changed = channel.is_none_or(|channel| channel == part.channel);
+            if is_changed { (light + times * beyond).max(0.0) } else { *light }
+        };
+        light.iter().zip(self.light).zip(&self.beyond.parts).map(more).collect()
+    }
+
+    fn channels(&self) -> usize {
+        self.light.iter().map(|part| part.channel + 1).max().unwrap_or(0)
+    }
+
+    /// Number of [`Self::at_ends`].
+    fn ends(&self) -> usize {
+        let channels = self.channels();
+        2 * if channels > 1 { 1 + channels } else { 1 }
+    }
+
+    /// `light` with more and with less from beyond, of all channels together and, where there are
+    /// several, of each ([`worst`]).
+    fn at_ends<'l>(&'l self, light: &'l [f64]) -> impl Iterator<Item = Vec<f64>> + 'l {
+        let channels = std::iter::once(None).chain((0..self.channels()).map(Some));
+        let both = move |channel| [1.0, -1.0].map(|times| self.with_beyond(light, times, channel));
+        channels.flat_map(both).take(self.ends())
     }
 
     /// What a bin shows before `light`.
@@ -325,12 +360,12 @@ impl<'a> Panel<'a> {
     /// Noise of a channel: half the second difference over two standard errors s. Where the slope
     /// changes by 1 at the distance d s it is s (2 - d) / 2, never less but for 0.01 s than the bias
     /// s (φ(d) - d Φ(-d)) of normal noise, also in the mean over the d that noise gives. Light from
-    /// beyond: the largest difference that it makes, beside its share of white.
+    /// beyond: the largest difference that it makes ([`worst`]), beside its share of white.
     fn biases(&self, at: (usize, usize), light: &[f64], errors: &[f64], white: f64) -> Outcome {
         let middle = self.outcome(at, light, white);
         let mut bounds = [0.0; 3];
         for (channel, error) in errors.iter().enumerate() {
-            let of_channel = |part: &Part| part.channel == channel;
+            let of_channel = |part: &ChannelLight| part.channel == channel;
             let pairs = self.light.iter().zip(light).filter(|(part, _)| of_channel(part));
             let luminance: f64 = pairs.map(|(part, light)| part.xyz[1] * light).sum();
             if luminance <= 0.0 || *error <= 0.0 {
@@ -346,12 +381,12 @@ impl<'a> Panel<'a> {
                 bounds[k] += 0.5 * (ends[0][k] + ends[1][k] - 2.0 * middle[k]).abs();
             });
         }
-        if self.beyond.1 > 0.0 {
-            let ends =
-                [1.0, -1.0].map(|more| self.outcome(at, &self.with_beyond(light, more), white));
+        if self.beyond.of_white > 0.0 {
+            let ends: Vec<Outcome> =
+                self.at_ends(light).map(|light| self.outcome(at, &light, white)).collect();
             (0..3).for_each(|k| {
-                let far = ends.iter().map(|end| (end[k] - middle[k]).abs()).fold(0.0, f64::max);
-                bounds[k] += far + self.beyond.1 * middle[0];
+                let changes: Vec<f64> = ends.iter().map(|end| (end[k] - middle[k]).abs()).collect();
+                bounds[k] += worst(&changes) + self.beyond.of_white * middle[0];
             });
         }
         bounds
@@ -388,7 +423,7 @@ impl<'a> Panel<'a> {
     }
 
     fn has_colours(&self) -> bool {
-        self.colours.is_some() || self.light.len() > 1
+        self.colours().is_some() || self.light.len() > 1
     }
 
     /// Luminance of the backlight of `light` by parts.
@@ -409,29 +444,23 @@ impl<'a> Panel<'a> {
         if level.is_nan() {
             return [0.0; 3];
         }
-        if let Some((colours, wanted)) = &self.colours {
-            let wanted = wanted[bin].map(|value| value * colours.scale[reading]);
-            let shown = colours.sub_pixels.before(light).show(wanted);
-            account.add(wanted, &shown);
-            return shown.xyz;
-        }
+        let contrast = match &self.wanted {
+            Wanted::Grey(contrast) => *contrast,
+            Wanted::Coloured(colours, wanted) => {
+                let wanted = wanted[bin].map(|value| value * colours.scale[reading]);
+                let shown = colours.sub_pixels.before(light).show(wanted);
+                account.add(wanted[1], shown[1]);
+                return shown;
+            }
+        };
         let backlight = self.luminance(light);
         let wanted = level * white;
-        let y = behind_panel(backlight, wanted, self.contrast);
+        let y = behind_panel(backlight, wanted, contrast);
         let transmitted = if backlight > 0.0 { y / backlight } else { 0.0 };
         let mut xyz = xyz_of(self.light, light).map(|value| transmitted * value);
         xyz[1] = y;
-        let is_clipped = y.to_bits() != wanted.to_bits();
-        account.add([0.0, wanted, 0.0], &panel_colour::Shown { levels: [0.0; 3], xyz, is_clipped });
+        account.add(wanted, y);
         xyz
-    }
-
-    /// Luminance of each channel.
-    fn by_channel(&self, sums: &mut [f64], light: &[f64]) {
-        sums.fill(0.0);
-        for (part, light) in self.light.iter().zip(light) {
-            sums[part.channel] += part.xyz[1] * light;
-        }
     }
 
     /// Light of one path in a bin of a row, of all parts.
@@ -453,10 +482,10 @@ impl<'a> Panel<'a> {
             let [sum, squares] = moments[k][x];
             let scatter = ((squares - sum * sum / n).max(0.0) * (n - 1.0) / n).sqrt();
             // Light that no path brought may come all the same.
-            let one = match (&self.colours, k) {
+            let one = match (&self.wanted, k) {
                 (_, 0) => self.one_path(rows, x),
-                (None, _) => self.one_path(rows, x) / self.contrast,
-                (Some((colours, _)), _) => {
+                (Wanted::Grey(contrast), _) => self.one_path(rows, x) / contrast,
+                (Wanted::Coloured(colours, _), _) => {
                     let light: Vec<f64> = rows.iter().map(|row| row.one_path[x]).collect();
                     colours.sub_pixels.before(&light).dark[1]
                 }
@@ -474,11 +503,10 @@ impl<'a> Panel<'a> {
         white: f64,
         dark: &mut [(Vec<[f64; 3]>, f64)],
     ) {
-        for (number, more) in [(groups + 1, 1.0), (groups + 2, -1.0)] {
-            let light = self.with_beyond(light, more);
+        for (number, light) in self.at_ends(light).enumerate() {
             let xyz = self.shown((first + x, groups), &light, white, &mut Account::default());
             for (zone, part) in &self.parts[0][x] {
-                add(&mut dark[*zone].0[number], xyz, *part);
+                add(&mut dark[*zone].0[groups + 1 + number], xyz, *part);
             }
         }
     }
@@ -487,105 +515,151 @@ impl<'a> Panel<'a> {
         let (bins, groups) = (self.frame.bins[0], rows[0].count());
         let totals: Vec<Vec<f64>> = rows.iter().map(RowOfGroups::total).collect();
         let first = y * bins;
-        let roles = &self.roles[first..][..bins];
-        let whole = |x: usize| totals.iter().map(|total| total[x]).collect::<Vec<f64>>();
-        let mut accounts = vec![Account::default(); groups + 1];
+        let whole: Vec<Vec<f64>> =
+            (0..bins).map(|x| totals.iter().map(|total| total[x]).collect()).collect();
+        let mut sums = RowSums::new(self, groups);
         let shown: Vec<[f64; 3]> = (0..bins)
             .map(|x| {
-                let at = (first + x, groups);
-                self.shown(at, &whole(x), white[groups], &mut accounts[groups])
+                let account = &mut sums.accounts[groups];
+                self.shown((first + x, groups), &whole[x], white[groups], account)
             })
             .collect();
-        let luminance = (0..bins).map(|x| self.luminance(&whole(x)));
+        let luminance = whole.iter().map(|light| self.luminance(light));
         let values = [luminance.collect(), shown.iter().map(|xyz| xyz[1]).collect::<Vec<f64>>()];
-        let mut zones = [0, 1].map(|_| vec![vec![0.0; groups + 1]; self.zones[0]]);
-        let mut halo = [0, 1].map(|_| vec![[0.0; 3]; groups + 1]);
-        let mut dark = vec![(vec![[0.0; 3]; groups + 3], 0.0); self.zones[0]];
-        let channels = self.light.iter().map(|part| part.channel + 1).max().unwrap_or(0);
-        let mut of_all = vec![vec![0.0; channels]; bins];
-        let mut of_one = vec![0.0; channels];
-        if self.colours.is_some() {
-            for (x, sums) in of_all.iter_mut().enumerate() {
-                self.by_channel(sums, &whole(x));
-            }
-        }
-        // Squares of the differences of each channel.
-        let mut squares = vec![vec![0.0; channels]; bins];
-        // Sums of differences from the reading of all groups, and of their squares.
-        let mut moments = [0, 1].map(|_| vec![[0.0; 2]; bins]);
         let mut light = vec![0.0; rows.len()];
-        for reading in 0..=groups {
+        for reading in 0..groups {
             for x in 0..bins {
-                let (both, xyz) = if reading == groups {
-                    ([values[0][x], values[1][x]], shown[x])
-                } else {
-                    light_of(rows, &totals, (x, reading), &mut light);
-                    let at = (first + x, reading);
-                    let xyz = self.shown(at, &light, white[reading], &mut accounts[reading]);
-                    ([self.luminance(&light), xyz[1]], xyz)
-                };
-                if reading < groups && self.colours.is_some() {
-                    self.by_channel(&mut of_one, &light);
-                    let pairs = of_one.iter().zip(&of_all[x]);
-                    let differences = squares[x].iter_mut().zip(pairs);
-                    differences.for_each(|(sum, (one, all))| *sum += (one - all).powi(2));
+                light_of(rows, &totals, (x, reading), &mut light);
+                let account = &mut sums.accounts[reading];
+                let xyz = self.shown((first + x, reading), &light, white[reading], account);
+                let both = [self.luminance(&light), xyz[1]];
+                sums.add_moments(x, [0, 1].map(|k| both[k] - values[k][x]));
+                if self.colours().is_some() {
+                    self.add_squares(&mut sums.squares[x], (&light, &whole[x]));
                 }
-                for k in 0..2 {
-                    let difference = both[k] - values[k][x];
-                    moments[k][x][0] += difference;
-                    moments[k][x][1] += difference * difference;
-                    for (zone, part) in &self.parts[0][x] {
-                        zones[k][*zone][reading] += part * both[k];
-                    }
-                }
-                match roles[x] {
-                    Role::Black => {
-                        add(&mut halo[0][reading], xyz, 1.0);
-                        for (zone, part) in &self.parts[0][x] {
-                            add(&mut dark[*zone].0[reading], xyz, *part);
-                            dark[*zone].1 += if reading == groups { *part } else { 0.0 };
-                        }
-                    }
-                    Role::Bright => add(&mut halo[1][reading], xyz, 1.0),
-                    Role::Other => {}
-                }
+                self.add_reading(&mut sums, (first, x, reading), both, xyz);
             }
         }
+        for (x, xyz) in shown.iter().enumerate() {
+            self.add_reading(&mut sums, (first, x, groups), [values[0][x], values[1][x]], *xyz);
+        }
+        let errors = self.errors(rows, &values, &sums.moments);
         let n = groups as f64;
-        let errors = self.errors(rows, &values, &moments);
         let of_bin = |x: usize| -> Outcome {
             if self.levels[first + x].is_nan() {
                 return [0.0; 3];
             }
             let at = (first + x, groups);
-            if self.colours.is_some() {
+            let Wanted::Grey(contrast) = self.wanted else {
                 let error = |sum: &f64| (sum * (n - 1.0) / n).sqrt();
-                let errors: Vec<f64> = squares[x].iter().map(error).collect();
-                return self.biases(at, &whole(x), &errors, white[groups]);
-            }
+                let errors: Vec<f64> = sums.squares[x].iter().map(error).collect();
+                return self.biases(at, &whole[x], &errors, white[groups]);
+            };
             let backlight = Estimate::new(values[0][x], errors[0][x]);
-            let wanted = self.wanted_y(at, white);
-            let of_noise = panel_bias(backlight, wanted, self.contrast);
-            self.biases(at, &whole(x), &[], white[groups]).map(|bound| bound + of_noise)
+            let of_noise = panel_bias(backlight, self.wanted_y(at, white), contrast);
+            self.biases(at, &whole[x], &[], white[groups]).map(|bound| bound + of_noise)
         };
         let biases: Vec<Outcome> = (0..bins).map(of_bin).collect();
-        for x in (0..bins).filter(|x| roles[*x] == Role::Black) {
-            self.add_beyond((first, x, groups), &whole(x), white[groups], &mut dark);
+        for x in (0..bins).filter(|x| self.roles[first + x] == Role::Black) {
+            self.add_beyond((first, x, groups), &whole[x], white[groups], &mut sums.dark);
         }
-        let bias = biases.iter().map(|bounds| bounds[0]).collect();
         let colours = self.has_colours().then(|| ColourRow {
-            xyz: [(0..bins).map(|x| xyz_of(self.light, &whole(x))).collect(), shown],
-            dark,
-            accounts,
+            xyz: [whole.iter().map(|light| xyz_of(self.light, light)).collect(), shown],
+            dark: sums.dark,
+            accounts: sums.accounts,
             bias: [1, 2].map(|k| biases.iter().map(|bounds| bounds[k]).sum()),
-            places: self
-                .colours
-                .iter()
-                .flat_map(|(colours, _)| (0..bins).map(|x| colours.sub_pixels.before(&whole(x))))
+            pixels: self
+                .colours()
+                .into_iter()
+                .flat_map(|colours| whole.iter().map(|light| colours.sub_pixels.before(light)))
                 .collect(),
         });
+        let bias = biases.iter().map(|bounds| bounds[0]).collect();
         let one_path = (0..bins).map(|x| self.one_path(rows, x)).fold(0.0, f64::max);
-        ShownRow { values, errors, bias, zones, halo, one_path, colours }
+        ShownRow { values, errors, bias, zones: sums.zones, halo: sums.halo, one_path, colours }
+    }
+
+    /// Adds the squares of the differences of two lights in each channel.
+    fn add_squares(&self, squares: &mut [f64], (one, all): (&[f64], &[f64])) {
+        let mut differences = vec![0.0; squares.len()];
+        for (part, (one, all)) in self.light.iter().zip(one.iter().zip(all)) {
+            differences[part.channel] += part.xyz[1] * (one - all);
+        }
+        squares.iter_mut().zip(differences).for_each(|(sum, off)| *sum += off * off);
+    }
+
+    /// Adds a bin to its zones and to the halo.
+    fn add_reading(
+        &self,
+        sums: &mut RowSums,
+        (first, x, reading): (usize, usize, usize),
+        both: [f64; 2],
+        xyz: [f64; 3],
+    ) {
+        for (zones, value) in sums.zones.iter_mut().zip(both) {
+            for (zone, part) in &self.parts[0][x] {
+                zones[*zone][reading] += part * value;
+            }
+        }
+        match self.roles[first + x] {
+            Role::Black => {
+                add(&mut sums.halo[0][reading], xyz, 1.0);
+                for (zone, part) in &self.parts[0][x] {
+                    let dark = &mut sums.dark[*zone];
+                    add(&mut dark.0[reading], xyz, *part);
+                    dark.1 += if reading + 1 == sums.accounts.len() { *part } else { 0.0 };
+                }
+            }
+            Role::Bright => add(&mut sums.halo[1][reading], xyz, 1.0),
+            Role::Other => {}
+        }
+    }
+}
+
+/// Sums over the bins of a row, by readings.
+struct RowSums {
+    zones: [Vec<Readings>; 2],
+    halo: [Vec<[f64; 3]>; 2],
+    dark: Vec<(Vec<[f64; 3]>, f64)>,
+    accounts: Vec<Account>,
+    /// In each bin, squares of the differences of each channel from all groups.
+    squares: Vec<Vec<f64>>,
+    /// In each bin, sums of differences of backlight and of what is shown, and of their squares.
+    moments: [Vec<[f64; 2]>; 2],
+}
+
+impl RowSums {
+    fn new(panel: &PanelBeforeZones, groups: usize) -> Self {
+        let (zones, bins) = (panel.zones[0], panel.frame.bins[0]);
+        Self {
+            zones: [0, 1].map(|_| vec![vec![0.0; groups + 1]; zones]),
+            halo: [0, 1].map(|_| vec![[0.0; 3]; groups + 1]),
+            dark: vec![(vec![[0.0; 3]; groups + 1 + panel.ends()], 0.0); zones],
+            accounts: vec![Account::default(); groups + 1],
+            squares: vec![vec![0.0; panel.channels()]; bins],
+            moments: [0, 1].map(|_| vec![[0.0; 2]; bins]),
+        }
+    }
+
+    fn add_moments(&mut self, x: usize, differences: [f64; 2]) {
+        for (moments, difference) in self.moments.iter_mut().zip(differences) {
+            moments[x][0] += difference;
+            moments[x][1] += difference * difference;
+        }
+    }
+}
+
+impl DisplayedLight {
+    /// The mean of the light behind the panel over all zones.
+    pub fn mean(&self) -> Estimate {
+        let zones = &self.zones[1];
+        let mean = |read: &dyn Fn(&JackknifedFigure) -> f64| {
+            zones.iter().map(read).sum::<f64>() / zones.len() as f64
+        };
+        let groups = zones.first().map_or(0, |zone| zone.without.len());
+        let without = (0..groups).map(|group| mean(&|zone| zone.without[group])).collect();
+        let found = JackknifedFigure::new(mean(&|zone| zone.value), without).estimate();
+        biased(found, self.bias.zones.iter().sum::<f64>() / zones.len() as f64)
     }
 }
 
@@ -597,15 +671,16 @@ fn light_of(
     light: &mut [f64],
 ) {
     let groups = rows[0].count();
-    let rest = groups as f64 / (groups as f64 - 1.0);
     for ((light, total), row) in light.iter_mut().zip(totals).zip(rows) {
-        *light =
-            if reading == groups { total[x] } else { rest * (total[x] - row.group(reading)[x]) };
+        *light = match reading {
+            all if all == groups => total[x],
+            group => without_group(total[x], row.group(group)[x], groups),
+        };
     }
 }
 
 /// X, Y and Z of `light` by parts.
-fn xyz_of(parts: &[Part], light: &[f64]) -> [f64; 3] {
+fn xyz_of(parts: &[ChannelLight], light: &[f64]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     parts.iter().zip(light).for_each(|(part, light)| add(&mut sum, part.xyz, *light));
     sum
@@ -614,12 +689,11 @@ fn xyz_of(parts: &[Part], light: &[f64]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use formats::level_image::LevelImage;
     use metrics::gamut::D65;
     use metrics::{chromaticity, gamut};
 
-    use super::super::colour::PictureLight;
     use super::super::panel_colour::SubPixels;
+    use super::super::picture::PictureLight;
 
     /// One bin before a light that passes red, green and blue sub-pixels, of whose luminance 1 they
     /// pass 0.07: E[shown] of normal noise against the bound, which is in units behind the panel.
@@ -627,8 +701,11 @@ mod tests {
     fn the_bias_of_noise_behind_sub_pixels_is_within_its_bound() {
         let columns = gamut::BT709.to_xyz(D65);
         let behind = [0, 1, 2].map(|s| [0, 1, 2].map(|k| 0.07 * columns[k][s])).to_vec();
-        let parts =
-            [Part { channel: 0, xyz: chromaticity::xyz_of_xy(D65), behind: behind.clone() }];
+        let parts = [ChannelLight {
+            channel: 0,
+            xyz: chromaticity::xyz_of_xy(D65),
+            behind: behind.clone(),
+        }];
         let open = [[behind[0], behind[1], behind[2]]];
         let white = chromaticity::xyz_of_xy(D65).map(|value| 0.07 * value);
         let frame = Frame { bins: [1, 1], bin_mm: [1.0; 2], low_mm: [0.0; 2] };
@@ -641,18 +718,12 @@ mod tests {
                 sub_pixels: SubPixels::of_open(&open, [1e-3; 3]),
                 scale: vec![0.07],
                 white: vec![white],
+                white_moves_uv: 0.0,
             };
-            let image = LevelImage { columns: 1, rows: 1, levels: vec![0.0] };
-            let pattern = Pattern {
-                drives: &[],
-                picture: &image,
-                contrast: 1000.0,
-                colours: Some(&on_panel),
-                viewing: None,
-                full_light: &[],
-            };
+            let picture = PatternPicture::Coloured(&on_panel);
             let whole = ([1, 1], [[0.0, 1.0]; 2]);
-            let panel = Panel::new(frame, whole, (&parts, 0.0), pattern);
+            let mut beyond = BeyondLight { parts: vec![0.0], of_white: 0.0 };
+            let panel = PanelBeforeZones::new(frame, whole, (&parts, &beyond, 1.0), picture);
             let noise = 0.03;
             for d in [0.0, 0.5, 1.0, -0.7, 3.0] {
                 let exact = 1.0 + d * noise;
@@ -680,8 +751,8 @@ mod tests {
                 }
             }
             // Light from beyond: a tenth of full drive on black is a tenth of what leaks.
-            let beyond = Pattern { full_light: &[1.0], ..pattern };
-            let panel = Panel::new(frame, whole, (&parts, 0.1), beyond);
+            beyond = BeyondLight { parts: vec![1.0], of_white: 1.0 };
+            let panel = PanelBeforeZones::new(frame, whole, (&parts, &beyond, 0.1), picture);
             let [y, ..] = panel.biases((0, 0), &[1.0], &[0.0], 1.0);
             if level.iter().all(|own| own.abs() < f64::MIN_POSITIVE) {
                 // Beside the same share of white.

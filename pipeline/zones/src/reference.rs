@@ -8,7 +8,7 @@ use metrics::bins::Bins;
 use metrics::dimming::{beyond, radius_at};
 use metrics::figures::OF_RECEIVER;
 use metrics::layout::Layout;
-use metrics::{Estimate, Grouped, JackknifedFigure};
+use metrics::{Estimate, Grouped, JackknifedFigure, without_group};
 
 use super::Array;
 use super::cells::{Cells, inside};
@@ -96,7 +96,7 @@ impl Array<'_> {
     /// The figures that do not depend on a pattern.
     pub(super) fn reference(&self) -> Reference {
         let (white, uniformity, groups_of_extremes) = self.at_full_drive();
-        let beyond = self.beyond();
+        let beyond = self.beyond(None);
         // Light that the walls send back lies among the packages that are traced.
         let bias = beyond.as_ref().map_or(0.0, |beyond| {
             let of_zone = self.dealt([0, 0]).len() as f64;
@@ -268,12 +268,18 @@ impl Array<'_> {
         Spread { zone, centre_mm, distance_mm, rings, radii_mm }
     }
 
-    /// Light of an inner package beyond the walls of the traced array, which send it back.
-    pub(super) fn beyond(&self) -> Option<Beyond> {
+    /// Light of an inner package, of one channel or all, beyond the walls of the traced array, which
+    /// send it back.
+    pub(super) fn beyond(&self, channel: Option<usize>) -> Option<Beyond> {
         let extended: Vec<usize> = (0..2).filter(|k| self.places.is_extended(*k)).collect();
         let reach = extended.iter().map(|k| self.places.reach(*k)).min()?;
         let inner = [0, 1].map(|k| self.places.stand_in(k, self.places.whole[k] / 2));
-        let of_part = |part| vec![self.responses.at(inner, part)];
+        let is_counted =
+            |part: usize| channel.is_none_or(|channel| self.parts[part].channel == channel);
+        let of_part = |part| {
+            let counted = is_counted(part).then(|| self.responses.at(inner, part));
+            counted.into_iter().collect()
+        };
         let pieces = self.luminous((0..self.parts.len()).map(of_part));
         let (block, at) = sum_of(&pieces, self.responses.groups);
         let traced = self.receiver.frame;
@@ -328,8 +334,8 @@ impl Array<'_> {
 /// Sums without each group, scaled to all, then the sum of all.
 fn readings(groups: &[f64]) -> Vec<f64> {
     let total: f64 = groups.iter().sum();
-    let rest = groups.len() as f64 / (groups.len() as f64 - 1.0);
-    groups.iter().map(|group| rest * (total - group)).chain([total]).collect()
+    let without = groups.iter().map(|group| without_group(total, *group, groups.len()));
+    without.chain([total]).collect()
 }
 
 /// The sum of pieces over the bins that they reach, and its first bin.

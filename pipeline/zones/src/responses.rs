@@ -35,7 +35,7 @@ const MAX_BYTES: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
 
 /// Light of a channel at one of its wavelengths, or all light.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Part {
+pub struct ChannelLight {
     /// Number of the channel.
     pub channel: usize,
     /// X, Y and Z of light of 1; all light counts as Y.
@@ -44,7 +44,7 @@ pub struct Part {
     pub behind: Vec<[f64; 3]>,
 }
 
-impl Part {
+impl ChannelLight {
     /// All light as it is counted.
     pub fn whole() -> Vec<Self> {
         vec![Self { channel: 0, xyz: [0.0, 1.0, 0.0], behind: Vec::new() }]

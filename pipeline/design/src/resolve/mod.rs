@@ -116,7 +116,7 @@ impl Design {
             ..raw.receiver.clone()
         };
         check_observation(raw, &receiver, &packages, &at)?;
-        let light_of_receivers = receivers::Light {
+        let light_of_receivers = receivers::FilteredLight {
             elements: &elements,
             sources: &sources,
             packages: array.count(),

@@ -204,7 +204,7 @@ fn distances_mm(counts: [usize; 2], pitch_mm: f64, (axes, far_mm): (&[[f64; 2]],
 /// Shares of the area by a picture over a surface of these lengths.
 fn picture(path: &Path, size_mm: [f64; 2], at: &Context) -> Result<Pattern, ConfigError> {
     let read = LevelImage::read(path);
-    let (image, _) =
+    let (image, ..) =
         read.map_err(|error| at.of_files(&error.context(format!("{}picture_file", at.prefix))))?;
     let cell = [size_mm[0] / image.columns as f64, size_mm[1] / image.rows as f64];
     let shares = image.levels.iter().map(|level| *level as f32).collect();

@@ -31,7 +31,7 @@ const MAX_ALONG_AXIS: usize = 20_000;
 
 /// What the filters of receivers choose from.
 #[derive(Clone, Copy)]
-pub(crate) struct Light<'a> {
+pub(crate) struct FilteredLight<'a> {
     pub elements: &'a Elements,
     pub sources: &'a [CheckedSource],
     /// Number of packages.
@@ -43,7 +43,7 @@ pub(crate) struct Light<'a> {
 /// The receivers of `raw`.
 pub(crate) fn resolve(
     raw: &schema::Design,
-    light: Light,
+    light: FilteredLight,
     at: &Context,
 ) -> Result<Vec<CheckedReceiver>, ConfigError> {
     let mut checked: Vec<CheckedReceiver> = Vec::new();
@@ -159,7 +159,7 @@ fn angles(
     })
 }
 
-fn filter(raw: Option<&Only>, light: Light, at: &Context) -> Result<Filter, ConfigError> {
+fn filter(raw: Option<&Only>, light: FilteredLight, at: &Context) -> Result<Filter, ConfigError> {
     let Some(raw) = raw else {
         return Ok(Filter::default());
     };
@@ -198,7 +198,7 @@ fn filter(raw: Option<&Only>, light: Light, at: &Context) -> Result<Filter, Conf
 /// Numbers of the sources whose light is read, package by package; none for all.
 fn light_of(
     raw: &Only,
-    Light { sources: all, packages, file, .. }: Light,
+    FilteredLight { sources: all, packages, file, .. }: FilteredLight,
     at: &Context,
 ) -> Result<Option<Vec<usize>>, ConfigError> {
     if raw.packages.is_none() && raw.sources.is_none() {

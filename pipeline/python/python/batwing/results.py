@@ -666,10 +666,18 @@ def _columns(path: Path) -> dict[str, npt.NDArray[Any]]:
     return columns
 
 
+def _written(folder: Path, raw: dict[str, Any], suffix: str) -> list[Path]:
+    """The files of this ending beside the results; where these list files, no others."""
+    listed = {one["file"] for one in raw.get("files", [])}
+    return [
+        path for path in sorted(folder.glob(f"*{suffix}")) if not listed or path.name in listed
+    ]
+
+
 def read_report(folder: Path, keep: bool, name: str) -> Report:
     """What `study` or `tolerance` wrote into a folder; `keep` reads all files into memory."""
     files = read_files(folder, keep, f"{name}.json")
-    tables = {path.stem: _columns(path) for path in sorted(folder.glob("*.csv"))}
+    tables = {path.stem: _columns(path) for path in _written(folder, files["raw"], ".csv")}
     return Report(tables=tables, **files)
 
 
@@ -679,7 +687,7 @@ def read_zones(folder: Path, keep: bool) -> Zones:
     raw, unit = report.raw, report.raw["unit"]
     halo = {f"halo_{key}": entry for key, entry in (raw["halo"] or {}).items()}
     units = {**_units_of_bins(unit), "white": unit, "halo_black": unit, "halo_bright": unit}
-    arrays = {path.stem: np.load(path) for path in sorted(folder.glob("*.npy"))}
+    arrays = {path.stem: np.load(path) for path in _written(folder, raw, ".npy")}
     xyz = {name[:-4]: array for name, array in arrays.items() if name.endswith("_xyz")}
     maps = {name: _map(folder / f"{name}.exr", array) for name, array in arrays.items()}
     radii = raw["light_spread"]["radii"]

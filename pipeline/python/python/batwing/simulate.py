@@ -336,6 +336,7 @@ def zones(
     distance: float | None = None,
     age: float | None = None,
     pigment: float | None = None,
+    test_patterns: bool = False,
     model: ZonesModelName = "geometric",
     direct: bool = False,
     paths: int | None = None,
@@ -350,9 +351,10 @@ def zones(
     ----------
     pattern : array_like or path
         Drives of the zones from 0 to 1, shape (rows, columns), the first row at the top; or a file of
-        them, text or a grey PNG; or one by the name of each channel.
-    white : (float, float) or str, optional
-        x and y of the white of the panel at full drive, or its temperature such as "6504K".
+        them, text or a PNG, of which an RGB one drives channels called red, green and blue; or one by the
+        name of each channel.
+    white : array_like or str, optional
+        x and y of the white of the panel at full drive, shape (2,), or its temperature such as "6504K".
     levels : str, optional
         In place of a pattern the rule by which a picture gives the drives: "max", "mean", "rms" or
         "percentile=P".
@@ -369,10 +371,13 @@ def zones(
     contrast : float, optional
         Largest over smallest transmittance of the panel [default: that of the design, else 5000].
     picture : array_like or path, optional
-        What the panel shows, in a form of the pattern [default: the pattern].
+        What the panel shows [default: the pattern]: an array of levels as light, shape (rows, columns); a
+        file of them, an RGB PNG on a panel of sub-pixels, or a folder of PNGs. Arrays have no colours.
     distance, age, pigment : float, optional
         An eye at this distance in mm, whose own glare hides a part of the halo; its age in years
         [default: 25] and pigment, 0 black to 1.2 light blue [default: 0.5].
+    test_patterns : bool
+        Also show a white window of 10 % of the area, a single zone and a checkerboard of zones.
     direct : bool
         Also trace the pattern itself, and compare.
 
@@ -388,9 +393,7 @@ def zones(
         cache,
         threads,
         model=_checks.choice("model", model, get_args(ZonesModelName)),
-        white=white
-        if white is None or isinstance(white, str)
-        else ",".join(repr(float(one)) for one in _checks.floats("white", white).ravel()),
+        white=_white(white),
         levels=levels,
         power_limit=power_limit,
         transfer=transfer,
@@ -403,6 +406,7 @@ def zones(
         distance=distance,
         age=age,
         pigment=pigment,
+        test_patterns=test_patterns,
         direct=direct,
         paths=paths,
     )
@@ -415,6 +419,16 @@ def zones(
     with _folder(out) as (folder, keep):
         _native.call(["zones", name, "--out", str(folder), *options], texts, place)
         return read_zones(folder, keep)
+
+
+def _white(value: npt.ArrayLike | None) -> str | None:
+    """x and y, or a temperature, as they are written."""
+    if value is None or isinstance(value, str):
+        return value
+    both = _checks.floats("white", value)
+    if both.shape != (2,):
+        _checks.refuse("white", "x and y, shape (2,), or a temperature", _checks.describe(both))
+    return ",".join(repr(float(one)) for one in both)
 
 
 def _levels(key: str, value: Levels, texts: dict[str, str]) -> str:

@@ -5,6 +5,11 @@
 //! [Ottosson 2020], in which equal steps look equal: lightness rises linearly along them while the
 //! hue turns, with a chroma that a screen can show everywhere.
 
+use std::sync::LazyLock;
+
+use metrics::gamut::{BT709, D65, Matrix, apply, inverse};
+use metrics::transfer::Transfer;
+
 /// A colour with opacity; red, green, blue in 0..=255 as encoded in sRGB.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Colour {
@@ -66,7 +71,7 @@ pub fn real(xyz: [f64; 3]) -> Colour {
     let kept = if lowest < 0.0 { grey / (grey - lowest) } else { 1.0 };
     let mixed = channels.map(|v| (grey + kept * (v - grey)).max(0.0));
     let most = mixed.iter().copied().fold(1.0, f64::max);
-    let [r, g, b] = mixed.map(|v| (encode(v / most) * 255.0).round() as u8);
+    let [r, g, b] = mixed.map(|v| (Transfer::Srgb.level(v / most) * 255.0).round() as u8);
     Colour::new(r, g, b)
 }
 
@@ -77,7 +82,7 @@ pub fn largest_channel(xyz: [f64; 3]) -> f64 {
 
 /// True of a colour that no channels of sRGB make, however bright.
 pub fn is_out_of_srgb(xyz: [f64; 3]) -> bool {
-    /// Least channel of sRGB, over the largest: white by coefficients of four digits is off by less.
+    /// Least channel of sRGB, over the largest: of white in four digits it is less.
     const LEAST: f64 = -2e-3;
     let channels = linear_srgb(xyz);
     let least = channels.into_iter().fold(0.0, f64::min);
@@ -85,9 +90,9 @@ pub fn is_out_of_srgb(xyz: [f64; 3]) -> bool {
 }
 
 fn linear_srgb(xyz: [f64; 3]) -> [f64; 3] {
-    const ROWS: [[f64; 3]; 3] =
-        [[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]];
-    ROWS.map(|row| row.iter().zip(xyz).map(|(a, b)| a * b).sum())
+    static TO_RGB: LazyLock<Matrix> =
+        LazyLock::new(|| inverse(&BT709.to_xyz(D65)).unwrap_or_default());
+    apply(&TO_RGB, xyz)
 }
 
 /// The sRGB colour of this lightness, chroma and hue, which must lie within what a screen shows.
@@ -97,7 +102,7 @@ pub(super) fn oklch(lightness: f64, chroma: f64, hue_deg: f64) -> Colour {
         linear.iter().all(|v| (-1e-3..=1.001).contains(v)),
         "colour outside sRGB: {linear:?}"
     );
-    let [r, g, b] = linear.map(|v| (encode(v.clamp(0.0, 1.0)) * 255.0).round() as u8);
+    let [r, g, b] = linear.map(|v| (Transfer::Srgb.level(v.clamp(0.0, 1.0)) * 255.0).round() as u8);
     Colour::new(r, g, b)
 }
 
@@ -114,21 +119,13 @@ fn linear_rgb(lightness: f64, chroma: f64, hue: f64) -> [f64; 3] {
     ]
 }
 
-/// Transfer function of sRGB (IEC 61966-2-1).
-fn encode(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     /// Relative luminance of an sRGB colour.
     fn luminance(colour: Colour) -> f64 {
-        let [r, g, b] = colour.rgb.map(|v| {
-            let v = f64::from(v) / 255.0;
-            if v <= 0.040_45 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-        });
+        let [r, g, b] = colour.rgb.map(|v| Transfer::Srgb.light(f64::from(v) / 255.0));
         0.2126 * r + 0.7152 * g + 0.0722 * b
     }
 
