@@ -325,8 +325,8 @@ fn a_film_is_a_row_for_each_picture() {
     assert!((cell(2, "power_share") - share).abs() < 1e-12, "{text}");
     assert!((cell(1, "power_share") - share).abs() > 1e-6, "{text}");
     for name in ["panel_mean_luminance", "panel_largest_zone_luminance"] {
-        let [value, error] = ["", "_standard_error"]
-            .map(|of| cell(1, &format!("{name}{of}_cd_per_m2")));
+        let [value, error] =
+            ["", "_standard_error"].map(|of| cell(1, &format!("{name}{of}_cd_per_m2")));
         assert!(error > 0.0 && error < 0.2 * value, "{name}: {value} {error}");
     }
     let missing = &alone["colour"]["missing"];
@@ -398,8 +398,7 @@ fn grey_pictures_are_what_they_state() {
         let text = read(at.join("out/zones.csv"));
         let mut rows = text.lines().map(|row| row.split(',').collect::<Vec<_>>());
         let names = rows.next().expect("names");
-        let is_panel =
-            |name: &&str| name.starts_with("panel_") && !name.contains("standard_error");
+        let is_panel = |name: &&str| name.starts_with("panel_") && !name.contains("standard_error");
         let place = names.iter().position(is_panel).expect("a column");
         rows.map(|row| row[place].parse::<f64>().expect("a number")).sum::<f64>()
     };
@@ -438,7 +437,8 @@ fn filters_of_the_panel_keep_the_responses() {
     assert!(bright.2 > 1.01 * dim.2, "{} {}", dim.2, bright.2);
     // Control: other walls need responses of their own.
     let text = read(at.join("rgb.toml"));
-    let other = text.replace("reflectance = 0.8\nheight_mm = 4.0", "reflectance = 0.7\nheight_mm = 4.0");
+    let other =
+        text.replace("reflectance = 0.8\nheight_mm = 4.0", "reflectance = 0.7\nheight_mm = 4.0");
     assert_ne!(text, other);
     std::fs::write(at.join("rgb.toml"), other).expect("written");
     assert_eq!(of(1.0).1, 18);

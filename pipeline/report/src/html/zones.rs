@@ -26,7 +26,8 @@ pub fn zones(album: &mut Album, folder: &SealedFolder<ZonesFile>) -> Result<Valu
         format!("Light behind the panel, which shows the picture, {}.", file.unit),
     ]);
     let in_colour = COLOUR_PICTURES.into_iter().zip([
-        "Picture, backlight and panel as they look beside a white of D65, at one exposure.".to_owned(),
+        "Picture, backlight and panel as they look beside a white of D65, at one exposure."
+            .to_owned(),
         "Halo: ΔE_ITP of what the panel shows where the picture is black.".to_owned(),
         "Error: ΔE_ITP of what the panel shows against the picture.".to_owned(),
     ]);
