@@ -166,7 +166,7 @@ fn the_film_stack_becomes_a_file() {
         for words in [
             "data-curve=\"reflected, from above\"",
             "over the angle of incidence",
-            "intensity of what leaves",
+            "Intensity of what leaves",
             &format!("at most {:.1e}", stack["largest_standard_error"].as_f64().expect("an error")),
         ] {
             assert!(page.contains(words), "{words}");

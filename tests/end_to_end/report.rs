@@ -149,7 +149,7 @@ fn refuses_what_is_none(folder: &Path) {
             &["tables"],
             &[
                 "`tables/results.json`",
-                "written by `reproduce`, `run`, `optimise`, `study`, `tolerance`, `full-wave` or `zones`",
+                "written by `reproduce`, `run`, `optimise`, `study`, `tolerance`, `full-wave`, `zones` or `bsdf --films`",
             ],
         ),
         (&["small.toml"], &["`small.toml`: expected a directory of results, got a file"]),

@@ -2,7 +2,6 @@
 //! The panel before the backlight: what it shows of a picture, zone by zone and bin by bin.
 
 use metrics::dimming::{behind_panel, panel_bias};
-use metrics::glare::{Glare, Viewing};
 use metrics::hits::with_one_path;
 use metrics::{Estimate, JackknifedFigure, without_group};
 
@@ -16,7 +15,9 @@ use super::responses::ChannelLight;
 use super::superposition::{Piece, RowOfGroups, rows_of_parts};
 use super::{BeyondLight, PatternPicture};
 
-/// ChannelLight that a bin plays in the halo.
+mod veil;
+
+/// What a bin is to the halo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Role {
     /// None.
@@ -259,58 +260,6 @@ impl<'a> PanelBeforeZones<'a> {
             sums.wanted = wanted.iter().map(|xyz| xyz.map(|v| scale * on_panel(v))).collect();
         }
         DisplayedLight { maps, zones, halo, bias, colours }
-    }
-
-    /// The share of the halo that lies below the veil of the eye which looks at what is wanted of this
-    /// `luminance` ([`metrics::glare`]); `None` without black beside bright, or without a halo. Light is
-    /// that of [`Self::show`].
-    pub fn hidden(
-        &self,
-        pieces: &[Vec<Piece>],
-        white: &[f64],
-        luminance: &[f64],
-        viewing: Viewing,
-    ) -> Option<Estimate> {
-        let (bins, groups) = (self.frame.bins, white.len() - 1);
-        let Viewing { distance_mm, observer } = viewing;
-        // Without the halo, which is what may be hidden.
-        let wanted = |(bin, shown): (usize, &f64)| shown.min(self.wanted_y((bin, groups), white));
-        let wanted: Vec<f64> = luminance.iter().enumerate().map(wanted).collect();
-        let glare = Glare::new(&wanted, bins, self.frame.bin_mm, distance_mm, observer);
-        let veil = glare.veils(|bin| self.roles[bin] == Role::Black);
-        // Sums of the halo and of what of it lies below the veil, by readings.
-        let read = |y: usize, rows: &[RowOfGroups]| {
-            let totals: Vec<Vec<f64>> = rows.iter().map(RowOfGroups::total).collect();
-            let mut sums = vec![[0.0; 2]; groups + 3];
-            let mut light = vec![0.0; rows.len()];
-            for x in (0..bins[0]).filter(|x| self.roles[y * bins[0] + x] == Role::Black) {
-                let bin = y * bins[0] + x;
-                for (number, sum) in sums.iter_mut().enumerate() {
-                    let reading = number.min(groups);
-                    light_of(rows, &totals, (x, reading), &mut light);
-                    // The last two have more light before less veil, and less before more.
-                    let more = [0.0, 1.0, -1.0][number - reading];
-                    let light = self.with_beyond(&light, more, None);
-                    let veil = veil[bin] * (1.0 - more * self.beyond.of_white);
-                    let at = (bin, reading);
-                    let halo = self.shown(at, &light, white[reading], &mut Account::default())[1];
-                    sum[0] += halo.max(0.0);
-                    sum[1] += halo.max(0.0).min(veil);
-                }
-            }
-            sums
-        };
-        let mut sums = vec![[0.0; 2]; groups + 3];
-        for row in rows_of_parts(bins, groups, pieces, read) {
-            sums.iter_mut().zip(row).for_each(|(sum, row)| *sum = [0, 1].map(|k| sum[k] + row[k]));
-        }
-        let mut shares: Vec<f64> = sums.iter().map(|[halo, below]| below / halo).collect();
-        let ends = shares.split_off(groups + 1);
-        let share = shares.pop().filter(|share| share.is_finite())?;
-        // Of no light at all nothing is hidden, or all.
-        let off = |end: &f64| if end.is_nan() { 1.0 } else { (end - share).abs() };
-        let estimate = JackknifedFigure::new(share, shares).estimate();
-        Some(biased(estimate, ends.iter().map(off).fold(0.0, f64::max)))
     }
 
     /// Luminance that the picture asks for in a bin; 0 outside of the panel.
