@@ -367,7 +367,7 @@ fn folders_that_are_none_are_refused() {
     assert!(nothing.contains("nothing`: expected a directory of results"), "{nothing}");
     let empty = message(root.path());
     assert!(
-        empty.contains("results.json`; expected a directory written by `reproduce`, `run`, `optimise`, `study`, `tolerance`, `full-wave` or `zones`"),
+        empty.contains("results.json`; expected a directory written by `reproduce`, `run`, `optimise`, `study`, `tolerance`, `full-wave`, `zones` or `bsdf --films`"),
         "{empty}"
     );
     let file = root.path().join("results.json");
