@@ -5,7 +5,7 @@
     python3 data/studies/full-wave/run.py [FOLDER]
 
 From the root of the repository. Prints a table and writes it into FOLDER as full-wave.csv and full-wave.svg after
-every row; rows that lie there are kept. Two hours on two cores, most of it for the last two rows. The binary is
+every row; rows that lie there are kept. Hours on two cores, most of it for the last rows. The binary is
 target/release/batwing, or the one that BATWING names.
 """
 
