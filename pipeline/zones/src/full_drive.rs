@@ -520,7 +520,8 @@ mod tests {
     /// come to lie within.
     #[test]
     fn whites_that_no_way_brings_within_the_primaries_are_refused() {
-        let all = full([0.0; 3]);
+        let mut all = full([0.0; 3]);
+        all.means[1] = vec![20.0; 17];
         assert!(!gamut::BT709.hold(all.white_xy()));
         assert!(all.check_emitted_white(&gamut::BT709).is_ok());
         let mut two = full([0.0; 3]);
