@@ -17,6 +17,9 @@ pub const FILM_TABLE: &str = "film.csv";
 /// Folder of what the panel shows of them.
 pub const FILM_FOLDER: &str = "film";
 
+/// Reads a figure of a picture.
+type Read = fn(&Row) -> Option<Estimate>;
+
 /// Figures of one picture, with errors.
 struct Row {
     mean: Estimate,
@@ -76,7 +79,7 @@ impl Film {
         let [contrast, missing, leaking] = ["halo contrast", "missing", "leaking"].map(share);
         let mut columns =
             vec![Column::new(&share("power share"), self.column(|row| Some(row.power_share)))];
-        let figures: [(&Quantity, fn(&Row) -> Option<Estimate>); 6] = [
+        let figures: [(&Quantity, Read); 6] = [
             (&mean, |row| Some(row.mean)),
             (&zone, |row| Some(row.largest_zone)),
             (&black, |row| row.halo.map(|[black, _]| black)),

@@ -230,7 +230,9 @@ impl FullDrive {
     fn xyz_of(&self, part: &ChannelLight) -> [f64; 3] {
         let open = if self.closed.is_some() { &part.behind[..] } else { &[part.xyz] };
         let mut sum = [0.0; 3];
-        open.iter().for_each(|xyz| add(&mut sum, *xyz, 1.0));
+        for xyz in open {
+            add(&mut sum, *xyz, 1.0);
+        }
         sum
     }
 
@@ -473,9 +475,9 @@ mod tests {
             let mut worst = [0.0f64; 4];
             for changed in 0..8 {
                 let mut sum = [0.0; 3];
-                for channel in 0..3 {
+                for (channel, share) in beyond.into_iter().enumerate() {
                     let is_more = changed >> channel & 1 == 1;
-                    let factor = if is_more { 1.0 + beyond[channel] } else { 1.0 };
+                    let factor = if is_more { 1.0 + share } else { 1.0 };
                     add(&mut sum, exact.channel(channel, 2), factor);
                 }
                 let now = coordinates(sum);

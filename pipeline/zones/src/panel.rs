@@ -476,11 +476,11 @@ impl<'a> PanelBeforeZones<'a> {
         let luminance = whole.iter().map(|light| self.luminance(light));
         let values = [luminance.collect(), shown.iter().map(|xyz| xyz[1]).collect::<Vec<f64>>()];
         let mut light = vec![0.0; rows.len()];
-        for reading in 0..groups {
+        for (reading, &white) in white.iter().take(groups).enumerate() {
             for x in 0..bins {
                 light_of(rows, &totals, (x, reading), &mut light);
                 let account = &mut sums.accounts[reading];
-                let xyz = self.shown((first + x, reading), &light, white[reading], account);
+                let xyz = self.shown((first + x, reading), &light, white, account);
                 let both = [self.luminance(&light), xyz[1]];
                 sums.add_moments(x, [0, 1].map(|k| both[k] - values[k][x]));
                 if self.colours().is_some() {

@@ -349,7 +349,7 @@ mod tests {
     fn black_leaks_in_the_colour_of_the_backlight() {
         let panel = lasers(0.0, 1e-3);
         let place = panel.before(&white_light(&panel, 400.0));
-        assert_eq!(place.openings([0.0; 3]), [0.0; 3]);
+        assert!(place.openings([0.0; 3]).iter().all(|opening| *opening == 0.0));
         let full = white(&place);
         for (full, dark) in full.iter().zip(place.dark) {
             assert!((full / dark - 1000.0).abs() < 1e-9);
@@ -449,6 +449,6 @@ mod tests {
         let whole = [[0.0, 1.0]; 2];
         let one = Backlight::new([1, 1], whole, vec![panel.before(&[1.0; 3])]);
         let [left, right] = one.show([2, 1], bright, |xyz| xyz).concat()[..] else { panic!("two") };
-        assert_eq!(left, right);
+        assert!((0..3).all(|k| (left[k] / right[k] - 1.0).abs() < 1e-12), "{left:?} {right:?}");
     }
 }

@@ -189,7 +189,9 @@ impl StackSurface {
                 }
             });
             shares[bins] = ledger.absorbed() + ledger.lost_total();
-            shares.iter_mut().for_each(|share| *share /= count as f64);
+            for share in &mut shares {
+                *share /= count as f64;
+            }
             shares
         };
         let all: Vec<Vec<f64>> = (0..groups).into_par_iter().map(of_group).collect();

@@ -67,7 +67,7 @@ fn printed_mm(
     at: &Context,
 ) -> Result<[f64; 2], ConfigError> {
     let own = films.iter().find(|film| film.name() == print.on);
-    if let (Some((_, size_mm)), Some(film)) = (own.and_then(|film| film.film_mm()), own) {
+    if let (Some((_, size_mm)), Some(film)) = (own.and_then(CheckedSolid::film_mm), own) {
         let holds = |of: &Medium| of.scattering.is_some() || !of.luminophores.is_empty();
         if !film.medium.as_ref().is_some_and(holds) {
             let expected = "a film whose medium scatters or converts light, or one of its faces";

@@ -36,11 +36,10 @@ pub fn film_stack(album: &mut Album, file: &FilmStackFile) -> Result<Value> {
     let (mut shares, mut intensities) = (Vec::new(), Vec::new());
     for (side, own) in file.over_angle.each() {
         let angles = || own.iter().map(|row| row.theta_deg);
-        let parts: [(&str, fn(&StackShares) -> Estimate); 2] =
-            [("transmitted", |own| own.transmittance), ("reflected", |own| own.reflectance)];
-        for (part, of) in parts {
-            let all = own.iter().map(|row| of(&row.shares));
-            shares.push(curve(&format!("{part}, from {side}"), angles(), all)?);
+        let transmitted: Vec<Estimate> = own.iter().map(|row| row.shares.transmittance).collect();
+        let reflected = own.iter().map(|row| row.shares.reflectance).collect();
+        for (part, all) in [("transmitted", transmitted), ("reflected", reflected)] {
+            shares.push(curve(&format!("{part}, from {side}"), angles(), all.into_iter())?);
         }
     }
     for (side, own) in file.normal_incidence.each() {
