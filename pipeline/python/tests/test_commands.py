@@ -84,7 +84,7 @@ def test_figures_of_zones_have_units_and_errors(dimmed: simulate.Zones) -> None:
 
 
 def test_zones_in_colour_are_arrays_of_xyz() -> None:
-    """Channels of two lines before sub-pixels that pass all: X, Y and Z of a line are in its ratio."""
+    """Channels of three lines before sub-pixels that pass all: X, Y and Z of a line are in its ratio."""
     data = boxed().data
     data["light"] = {"wavelength_nm": 550.0, "weighting": "photometric"}
     data["sources"] = [
@@ -96,17 +96,19 @@ def test_zones_in_colour_are_arrays_of_xyz() -> None:
             "size_mm": [0.1, 0.1],
             "wavelength_nm": nm,
         }
-        for name, nm in (("red", 630.0), ("blue", 450.0))
+        for name, nm in (("red", 630.0), ("blue", 450.0), ("green", 530.0))
     ]
     clear = {"wavelength_nm": [400, 700], "transmittance": [0.3, 0.3]}
     data["panel"] = {"sub_pixels": [clear, clear, clear]}
-    pattern = {"red": DRIVES, "blue": np.zeros_like(DRIVES)}
+    dark = np.zeros_like(DRIVES)
+    pattern = {"red": DRIVES, "blue": dark, "green": dark}
     found = simulate.zones(
         simulate.Design(data), pattern, picture=DRIVES, test_patterns=True, seed=3
     )
     assert found.raw["colour"]["test_patterns"]["zone"]["power_share"] == pytest.approx(1 / 6)
     assert found.xyz.keys() == found.maps.keys() == {"backlight", "panel"}
-    # Numbers of any kind are a white, which these two channels cannot give.
+    # Numbers of any kind are a white, which two channels cannot give.
+    del data["sources"][2], pattern["green"]
     for white in (np.array([0.3127, 0.329]), [np.float64(0.3127), 0.329], (0.3127, 0.329)):
         with pytest.raises(batwing.InputError, match="expected a design with three channels"):
             simulate.zones(simulate.Design(data), pattern, picture=DRIVES, white=white)
