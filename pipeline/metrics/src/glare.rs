@@ -11,7 +11,7 @@
 //! middle at the distance D, d away from the bin. Light from within 0.1° belongs to the image itself.
 //!
 //! Bins are summed as they are seen from a place: those far away together, at the middle of their
-//! light, as far as they appear smaller than [`OPENING`] times their angle θ, and those near it in
+//! light, as far as they appear smaller than `OPENING` times their angle θ, and those near it in
 //! parts (J. Barnes, P. Hut, Nature 324 (1986) 446). No approximation is made of flat fields or
 //! small angles. A test holds the error of a veil below 0.5 %.
 

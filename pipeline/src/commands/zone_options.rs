@@ -64,7 +64,7 @@ pub struct ZonesArgs {
     /// Plane or luminance receiver of the design [default: the plane of `[receiver]`]
     #[arg(long, value_name = "NAME")]
     pub receiver: Option<String>,
-    /// Largest over smallest transmittance of the panel [default: that of [panel], else 5000]
+    /// Largest over smallest transmittance of the panel [default: that of `panel`, else 5000]
     #[arg(long, value_name = "C", value_parser = within(1.0..=f64::MAX, "a number of at least 1"))]
     pub contrast: Option<f64>,
     /// Picture that the panel shows, in a form of the pattern and of any size, with sub-pixels in

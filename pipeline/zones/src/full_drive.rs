@@ -195,7 +195,7 @@ impl FullDrive {
     }
 
     /// Refuses primaries that white lies outside of, however the light of each channel changes beside
-    /// the others on its way, by up to a factor of [`MOST_LOST`].
+    /// the others on its way, by up to a factor of `MOST_LOST`.
     ///
     /// # Errors
     /// These.
