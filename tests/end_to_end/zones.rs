@@ -273,6 +273,56 @@ fn a_small_array_stands_for_a_larger_one() {
     assert!((a.0 - b.0).abs() < 4.0 * a.1.hypot(b.1) && a.0 < 2e-4, "{a:?} {b:?}");
 }
 
+/// White walls send back nine tenths of what would lie farther out, black ones none: in both the law of
+/// the walls comes from packages beside them, and 25 packages give what all of 13 x 12 give.
+#[test]
+fn light_that_is_moved_to_walls_is_that_of_the_whole_array() {
+    for reflectance in ["0.9", "0.02"] {
+        let folder = tempdir().expect("a folder");
+        let at = folder.path();
+        let wall = format!("kind = \"lambertian\"\nreflectance = {reflectance}\nheight_mm");
+        let text = |count: usize| {
+            boxed(count).replace("kind = \"lambertian\"\nreflectance = 0.8\nheight_mm", &wall)
+        };
+        let whole = text(12)
+            .replace("columns = 12", "columns = 13")
+            .replace("[72.0, 72.0]", "[78.0, 72.0]")
+            .replace("[71.9, 71.9, 1.0]", "[77.9, 71.9, 1.0]")
+            .replace("bins = [72, 72]", "bins = [78, 72]");
+        assert!(whole.contains(&wall) && whole.contains("bins = [78, 72]"), "{whole}");
+        std::fs::write(at.join("few.toml"), text(5)).expect("written");
+        std::fs::write(at.join("whole.toml"), whole).expect("written");
+        let line = "--pattern drives.csv --zones 13x3 --receiver front --paths 20000";
+        let drives = |lit: &[[usize; 2]]| -> String {
+            let level = |i: usize, j: usize| if lit.contains(&[i, j]) { "1" } else { "0" };
+            let row = |j: usize| (0..13).map(|i| level(i, j)).collect::<Vec<_>>().join(",") + "\n";
+            (0..3).map(row).collect()
+        };
+        std::fs::write(at.join("drives.csv"), drives(&[[0, 0], [2, 1], [3, 1], [9, 2]]))
+            .expect("written");
+        let few = zones(at, &format!("few.toml {line} --packages 13x12"), "few");
+        let all = zones(at, &format!("whole.toml {line}"), "all");
+        assert_eq!(few["traced_packages"], serde_json::json!([13, 12]));
+        // Two packages from each wall, and those in the middle.
+        assert!(few["responses"].as_u64() < Some(13), "{}", few["responses"]);
+        let bound = few["beyond_reach"]["walls"]["value"].as_f64().expect("a share");
+        assert!(bound.abs() < 0.02, "{reflectance}: {bound}");
+        let tables = ["few/zones.csv", "all/zones.csv"].map(|name| table(&at.join(name)));
+        let brightest = tables[1].iter().map(|row| row[5]).fold(0.0, f64::max);
+        let mut chi_square = 0.0;
+        for (a, b) in tables[0].iter().zip(&tables[1]) {
+            let off = (a[5] - b[5]).abs() / a[6].hypot(b[6]);
+            assert!(off < 4.5, "{reflectance}: {a:?} {b:?}");
+            assert!(a[6] < 0.02 * brightest, "{reflectance}: {a:?}");
+            chi_square += off * off;
+        }
+        assert!(chi_square < 2.0 * tables[0].len() as f64, "{reflectance}: {chi_square}");
+        let (a, b) = (estimate(&few["white"]), estimate(&all["white"]));
+        assert!((a.0 - b.0).abs() < 4.0 * a.1.hypot(b.1), "{reflectance}: {a:?} {b:?}");
+        assert!(a.1 < 0.03 * a.0, "{reflectance}: {a:?}");
+    }
+}
+
 #[test]
 fn the_page_shows_figures_maps_and_the_light_of_a_zone() {
     let folder = tempdir().expect("a folder");

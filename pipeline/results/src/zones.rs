@@ -2,6 +2,7 @@
 //! `zones.json` as a file: a backlight with dimming zones, and what a panel before it shows.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -55,7 +56,7 @@ pub struct ZonesFile {
     /// True of packages in no rows: their number and 1.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub free_places: bool,
-    /// Columns and rows of packages that were traced.
+    /// Columns and rows of the packages among which responses were traced.
     pub traced_packages: [usize; 2],
     /// Columns and rows of zones.
     pub zones: [usize; 2],
@@ -110,20 +111,24 @@ impl ZonesFile {
     pub fn lines(&self) -> Vec<(String, String)> {
         let unit = Unit::from_name(&self.unit).unwrap_or(Unit::Relative);
         let size = |[columns, rows]: [usize; 2]| format!("{columns} x {rows}");
-        let mut packages = match self.packages {
+        let packages = match self.packages {
             [count, _] if self.free_places => format!("of {count} packages"),
             packages => format!("of {} packages", size(packages)),
         };
-        if self.traced_packages != self.packages {
-            packages = format!("{packages}, for which {} stand", size(self.traced_packages));
+        let mut responses =
+            format!("{} {packages}; {} responses", size(self.zones), self.responses);
+        if self.beyond_reach.is_some() {
+            write!(responses, ", traced among {}", size(self.traced_packages)).unwrap_or_default();
         }
-        let responses = format!("{} {packages}; {} responses", size(self.zones), self.responses);
         let mut lines = vec![("zones".to_owned(), responses)];
         let mut line = |name: String, words: String| lines.push((name, words));
-        if let Some(BeyondReach { packages, share }) = &self.beyond_reach {
+        if let Some(BeyondReach { packages, share, walls }) = &self.beyond_reach {
             let words = |share| shown::text(share, Unit::Fraction);
             let share = share.as_ref().map_or_else(|| "does not fall off".to_owned(), words);
             line(format!("light beyond {packages} packages"), share);
+            if let Some(walls) = walls {
+                line("light too much at walls".to_owned(), shown::text(walls, Unit::Fraction));
+            }
         }
         line(format!("{} at full drive, mean", self.quantity), shown::text(&self.white, unit));
         for figure in OF_RECEIVER.into_iter().filter(|figure| figure.unit == Unit::Fraction) {
@@ -171,6 +176,11 @@ pub struct BeyondReach {
     pub packages: usize,
     /// Share of its light; null where it does not fall off.
     pub share: Option<FigureEntry>,
+    /// Light near the walls of the whole array that is too much, over all: what the walls send back is
+    /// found from packages near them, and this is the error beside another. Null where no light is moved
+    /// towards walls.
+    #[serde(default)]
+    pub walls: Option<FigureEntry>,
 }
 
 /// Black bins of the picture in or beside zones with its brightest bins, and these.

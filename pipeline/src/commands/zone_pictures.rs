@@ -312,12 +312,11 @@ impl<'a> Pictures<'a> {
                 anyhow::bail!("--picture: expected a panel with sub_pixels, got none")
             }
         };
-        let beyond = full.map(FullDrive::beyond_light);
         let pattern = Pattern {
             drives: &drives,
             picture: pattern_picture,
             viewing: self.arguments.viewing(),
-            beyond: beyond.as_ref(),
+            full,
         };
         let dimmed = self.zoned.dim(array, pattern, self.arguments.direct, cache, context)?;
         let painted = match (&on_panel, &dimmed.colours, full) {
@@ -363,7 +362,7 @@ impl<'a> Pictures<'a> {
         cache: &Cache,
         context: RunContext,
     ) -> Result<TestPatterns> {
-        let (levels, beyond) = (&full.channel_levels, full.beyond_light());
+        let levels = &full.channel_levels;
         let [columns, rows] = self.zoned.zones;
         let of_zones = |is_white: &dyn Fn(usize, usize) -> bool| {
             let level = |k: usize| f64::from(is_white(k % columns, k / columns));
@@ -388,7 +387,7 @@ impl<'a> Pictures<'a> {
                 drives: &drives,
                 picture: on_panel.as_ref().map_or(grey, PatternPicture::Coloured),
                 viewing: None,
-                beyond: Some(&beyond),
+                full: Some(full),
             };
             self.zoned.dim(array, pattern, false, cache, context)
         };

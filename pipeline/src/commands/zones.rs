@@ -34,6 +34,7 @@ use simulate::warnings::warnings;
 use zones::full_drive::{Channels, FullDrive};
 use zones::pattern_colours::PatternColours;
 use zones::reference::SHARES;
+use zones::wide::WideDesign;
 use zones::{Array, Dimmed, Request, ZonedDesign};
 
 use super::arguments::cache;
@@ -77,8 +78,9 @@ pub fn of_design(
         packages: arguments.packages,
         receiver: arguments.receiver.as_deref(),
     };
-    let zoned = ZonedDesign::new(&design, model, request)
-        .with_context(|| arguments.design.display().to_string())?;
+    let file = || arguments.design.display().to_string();
+    let wide = WideDesign::new(&design, model, request).with_context(file)?;
+    let zoned = ZonedDesign::new(&wide, model, request).with_context(file)?;
     let pictures = Pictures::new((arguments, texts), &zoned)?;
     Command { arguments, design: &design, model, zoned: &zoned, pictures }.compute(context)
 }
@@ -383,6 +385,7 @@ impl Command<'_> {
             beyond_reach: reference.beyond.as_ref().map(|beyond| BeyondReach {
                 packages: beyond.reach,
                 share: beyond.share.map(FigureEntry::new),
+                walls: beyond.walls.map(FigureEntry::new),
             }),
             contrast: self.pictures.contrast,
             white: FigureEntry::new(found.white),

@@ -50,8 +50,8 @@ pub struct FullDrive {
     pub channel_levels: Vec<f64>,
     closed: Closed,
     factor: f64,
-    /// Share of the light of each channel that any place may lack or have too much.
-    beyond: Vec<f64>,
+    /// Light of each channel beyond the traced array.
+    pub(super) beyond: Vec<Option<Beyond>>,
 }
 
 /// Levels of channels, as they are asked for.
@@ -77,7 +77,7 @@ impl ZonedDesign<'_> {
             parts,
             closed: closed(self.design.panel.as_ref(), contrast),
             factor: 1.0,
-            beyond: vec![0.0; channels.names.len()],
+            beyond: vec![None; channels.names.len()],
         };
         drive.of_white(channels)
     }
@@ -121,7 +121,7 @@ impl Array<'_> {
             channel_levels: vec![1.0; count],
             closed: closed(panel, contrast),
             factor: self.receiver.factor(),
-            beyond: beyond.iter().map(|of| of.as_ref().map_or(0.0, Beyond::bound)).collect(),
+            beyond,
         };
         drive.of_white(channels)
     }
@@ -269,18 +269,22 @@ impl FullDrive {
     fn light(&self, reading: usize, more_of: Option<usize>) -> Vec<f64> {
         let of = |(part, means): (&ChannelLight, &Vec<f64>)| match more_of {
             Some(channel) if channel == part.channel => {
-                (1.0 + self.beyond[channel]) * means[reading]
+                (1.0 + self.bound(channel)) * means[reading]
             }
             _ => means[reading],
         };
         self.parts.iter().zip(&self.means).map(of).collect()
     }
 
-    /// Light that any place may lack or have too much.
-    pub fn beyond_light(&self) -> BeyondLight {
-        let of = |(part, means): (&ChannelLight, &Vec<f64>)| {
-            self.beyond[part.channel] * means[self.last()]
-        };
+    /// Share of the light of a channel that any place may lack or have too much at full drive.
+    fn bound(&self, channel: usize) -> f64 {
+        self.beyond[channel].as_ref().map_or(0.0, Beyond::bound)
+    }
+
+    /// Light that any place may lack or have too much where it is this share of each channel's.
+    pub(super) fn beyond_light(&self, shares: &[f64]) -> BeyondLight {
+        let of =
+            |(part, means): (&ChannelLight, &Vec<f64>)| shares[part.channel] * means[self.last()];
         let white = self.open(&self.means, self.last(), |_| true)[1];
         BeyondLight {
             parts: self.parts.iter().zip(&self.means).map(of).collect(),
@@ -293,7 +297,7 @@ impl FullDrive {
         let white = self.open(&self.means, self.last(), |_| true);
         let of_channel = |channel: usize| {
             let mut more = white;
-            add(&mut more, self.channel(channel, self.last()), self.beyond[channel]);
+            add(&mut more, self.channel(channel, self.last()), self.bound(channel));
             (figure(more) - figure(white)).abs()
         };
         self.channels().map(of_channel).sum()
@@ -370,7 +374,7 @@ impl FullDrive {
         let readings: Vec<_> =
             self.readings().map(|reading| self.channel(channel, reading)).collect();
         let found = ColourEstimate::new(&readings, self.factor);
-        let of_luminance = self.beyond[channel] * found.luminance.value;
+        let of_luminance = self.bound(channel) * found.luminance.value;
         found.biased([0.0; 4], [0.0; 2], of_luminance)
     }
 
@@ -433,6 +437,11 @@ mod tests {
 
     /// Channels of lights at these wavelengths, alike all over the panel in 17 readings, of which
     /// any place may lack these shares.
+    fn of_share(share: f64) -> Beyond {
+        let share = Some(Estimate::new(share, 0.0));
+        Beyond { reach: 2, share, walls: None, law: 0.0, falls: vec![0.0] }
+    }
+
     fn full(beyond: [f64; 3]) -> FullDrive {
         let nm = [630.0, 530.0, 460.0];
         let part = |channel: usize| {
@@ -449,7 +458,7 @@ mod tests {
             channel_levels: vec![1.0; 3],
             closed: Some([1e-3; 3]),
             factor: 2.0,
-            beyond: beyond.to_vec(),
+            beyond: beyond.map(|share| Some(of_share(share))).to_vec(),
         }
     }
 

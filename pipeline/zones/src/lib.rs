@@ -10,10 +10,11 @@
 //! colours ([`full_drive`], [`picture`], [`pattern_colours`]).
 //!
 //! The light of a pattern is B(x) = Σ d_p r_p(x) over the packages p at drives d_p. Their responses
-//! r_p are those of the traced array, shifted by whole bins ([`places`]). Of a larger array the walls
-//! of the traced one send back light that lies farther out, a share ε of an inner package's
-//! ([`reference::Beyond`]). No place then lacks or has more than ε W max d_p, with W the mean at full
-//! drive: this bounds the bias of every value. Figures in colours have an ε and W of each channel.
+//! r_p are those of the traced array, shifted by whole bins ([`places`]) and folded at the walls of a
+//! larger one ([`walls`]). Light farther out than the traced array is missing, and the law of the walls
+//! is off: ε, the shares of both of an inner package's light ([`reference::Beyond`]). No place then lacks
+//! or has more than ε W max d_p, with W the mean at full drive: this bounds the bias of every value.
+//! Figures in colours have an ε and W of each channel.
 
 mod cells;
 pub mod colour_estimates;
@@ -30,6 +31,8 @@ pub mod places;
 pub mod reference;
 mod responses;
 mod superposition;
+mod walls;
+pub mod wide;
 
 use std::collections::BTreeMap;
 
@@ -44,13 +47,13 @@ use design::spectrum::Sampling;
 use formats::level_image::LevelImage;
 use metrics::glare::Viewing;
 use metrics::{Estimate, JackknifedFigure};
-use runtime::interrupt::Interrupt;
 use runtime::key::Key;
 use runtime::run_context::RunContext;
 use runtime::store::Store;
 
 use self::cells::Cells;
 use self::estimates::biased;
+use self::full_drive::FullDrive;
 use self::map_receiver::{Frame, MapReceiver};
 use self::panel::PanelBeforeZones;
 use self::pattern_colours::PatternColours;
@@ -58,7 +61,9 @@ use self::picture::PictureOnPanel;
 use self::places::Places;
 use self::reference::{Reference, sum_of};
 use self::responses::{ChannelLight, Responses, direct};
-use self::superposition::{Block, Piece, Turn};
+use self::superposition::{ANYWHERE, Block, Piece, Turn};
+use self::walls::Walls;
+use self::wide::WideDesign;
 use simulate::model::Model;
 use simulate::trace::GROUPS;
 
@@ -113,8 +118,8 @@ pub struct Pattern<'a> {
     pub picture: PatternPicture<'a>,
     /// An eye whose own glare hides a part of the halo.
     pub viewing: Option<Viewing>,
-    /// Light from beyond the traced array, of designs with colours; of others that of the reference.
-    pub beyond: Option<&'a BeyondLight>,
+    /// Full drive, of designs with colours.
+    pub full: Option<&'a FullDrive>,
 }
 
 /// The picture on a panel.
@@ -126,12 +131,12 @@ pub enum PatternPicture<'a> {
     Coloured(&'a PictureOnPanel<'a>),
 }
 
-/// Light that any place may lack or have too much at full drive.
+/// Light that any place may lack or have too much.
 #[derive(Debug, Clone, PartialEq)]
-pub struct BeyondLight {
-    /// Of each part of the light.
+pub(crate) struct BeyondLight {
+    /// Of each part of the light, in the pattern.
     pub parts: Vec<f64>,
-    /// Luminance over that of white.
+    /// Luminance at full drive, over that of white.
     pub of_white: f64,
 }
 
@@ -169,29 +174,15 @@ pub struct DirectTrace {
 }
 
 impl<'a> ZonedDesign<'a> {
-    /// Checks `request` against `design`.
+    /// Checks `request` against the design that is traced.
     ///
     /// # Errors
     /// Packages, zones or a receiver that do not fit.
-    pub fn new(design: &'a Design, model: Model, request: Request) -> Result<Self> {
-        ensure!(
-            !design.is_periodic(),
-            "{}: housing.kind: expected walls or none for zones, got \"periodic\", a cell whose zones shine in all cells at once",
-            design.provenance.file
-        );
-        let mut places = Places::new(design, request.packages)?;
-        ensure!(
-            request.zones.is_some() || !places.are_free(),
-            "--zones: expected columns and rows of zones for packages in no rows, got none"
-        );
+    pub fn new(wide: &'a WideDesign, model: Model, request: Request) -> Result<Self> {
+        let WideDesign { design, stated, parts } = wide;
+        let mut places = Places::new(design, request.packages, *stated)?;
         let zones = request.zones.unwrap_or(places.whole);
-        let sub_pixels = design.panel.iter().flat_map(|panel| &panel.sub_pixels).count();
-        let has_colours = design.channels().len() > 1 || sub_pixels > 0;
-        ensure!(
-            !has_colours || !design.converts(),
-            "{}: luminophores: expected none for zones with channels or [panel] sub_pixels, whose light keeps its wavelength",
-            design.provenance.file
-        );
+        let has_colours = parts.is_some();
         let receiver = MapReceiver::new(design, request.receiver, &places, has_colours)?;
         let (step, frame) = receiver.over(&places)?;
         for (k, name) in ["x", "y"].into_iter().enumerate() {
@@ -224,11 +215,7 @@ impl<'a> ZonedDesign<'a> {
             held / MAX_HELD * 2.0
         );
         places.divide(zones)?;
-        let interrupt = Interrupt::default();
-        let context = RunContext::quiet(&interrupt, 0);
-        let parts =
-            has_colours.then(|| ChannelLight::of_colours(design, model, context)).transpose()?;
-        Ok(Self { design, model, places, zones, receiver, step, frame, parts })
+        Ok(Self { design, model, places, zones, receiver, step, frame, parts: parts.clone() })
     }
 
     /// True where lights with a stated tolerance are traced at wavelengths whose number does not follow
@@ -281,7 +268,7 @@ impl<'a> ZonedDesign<'a> {
         let how = (self.model, parts);
         let responses =
             Responses::new(self.design, &self.places, &self.receiver, how, cache, context)?;
-        Ok(Array {
+        let mut array = Array {
             places: &self.places,
             receiver: &self.receiver,
             responses,
@@ -289,7 +276,10 @@ impl<'a> ZonedDesign<'a> {
             step: self.step,
             frame: self.frame,
             parts: self.parts.clone().unwrap_or_else(ChannelLight::whole),
-        })
+            walls: Walls::new(self.design, &self.places, (self.step, self.frame)),
+        };
+        array.find_returned();
+        Ok(array)
     }
 
     /// Adds up the responses.
@@ -307,12 +297,23 @@ impl<'a> ZonedDesign<'a> {
         let groups = array.responses.groups;
         let mut reference = array.kept_reference(cache, context)?;
         let area = [0, 1].map(|axis| self.places.area_mm(axis));
-        // The bound of the bias at full drive, and at that of the pattern.
+        // The bound of the bias at full drive, and in the pattern.
         let beyond = reference.beyond.as_ref().map_or(0.0, reference::Beyond::bound);
-        let largest = pattern.drives.iter().flatten().copied().fold(0.0, f64::max);
-        let of_all =
-            BeyondLight { parts: vec![beyond * reference.white[groups]], of_white: beyond };
-        let light = (&array.parts[..], pattern.beyond.unwrap_or(&of_all), largest);
+        let light_beyond = match pattern.full {
+            Some(full) => {
+                let channels = full.beyond.iter().zip(pattern.drives);
+                let share =
+                    |(of, drives): (&Option<_>, &Vec<f64>)| array.share_beyond(of.as_ref(), drives);
+                full.beyond_light(&channels.map(share).collect::<Vec<f64>>())
+            }
+            None => {
+                let share = array.share_beyond(reference.beyond.as_ref(), &pattern.drives[0]);
+                BeyondLight { parts: vec![share * reference.white[groups]], of_white: beyond }
+            }
+        };
+        let luminance = light_beyond.parts.iter().zip(&array.parts);
+        let bias: f64 = luminance.map(|(light, part)| light * part.xyz[1]).sum();
+        let light = (&array.parts[..], light_beyond);
         let panel = PanelBeforeZones::new(self.frame, (self.zones, area), light, pattern.picture);
         let (shown, hidden) = array.with_pieces(pattern.drives, |pieces| {
             let shown = panel.show(pieces, &reference.white);
@@ -325,7 +326,13 @@ impl<'a> ZonedDesign<'a> {
             let packages = array.drives_of_packages(&pattern.drives[0]);
             let driven = (&self.places, &packages[..]);
             let block = direct(self.design, driven, &self.receiver, self.model, cache, context)?;
-            let whole = Piece { block: &block, turn: Turn::default(), at: [0; 2], weight: 1.0 };
+            let whole = Piece {
+                block: &block,
+                turn: Turn::default(),
+                at: [0; 2],
+                within: ANYWHERE,
+                weight: 1.0,
+            };
             let traced = panel.show(&[vec![whole]], &reference.white);
             Some(distance(&traced.zones[0], &shown.zones[0]))
         } else {
@@ -334,7 +341,6 @@ impl<'a> ZonedDesign<'a> {
         let factor = self.receiver.factor();
         let without = &reference.white[..groups];
         let white = JackknifedFigure::new(reference.white[groups], without.to_vec()).estimate();
-        let bias = beyond * white.value * largest;
         let zones = [0, 1].map(|k| {
             let one = |(figure, behind): (&JackknifedFigure, &f64)| {
                 let bias = if k == 0 { bias } else { *behind };
@@ -401,7 +407,7 @@ fn distance(traced: &[JackknifedFigure], summed: &[JackknifedFigure]) -> DirectT
 struct Shared {
     block: Block,
     /// First bin of the zone that it was summed for.
-    at: [usize; 2],
+    at: [isize; 2],
     /// That zone.
     first: [usize; 2],
 }
@@ -416,6 +422,7 @@ pub struct Array<'a> {
     frame: Frame,
     /// Parts of the light, at full drive.
     parts: Vec<ChannelLight>,
+    walls: Walls,
 }
 
 impl Array<'_> {
@@ -446,13 +453,20 @@ impl Array<'_> {
         self.dealt(zone).iter().map(stand_in).collect()
     }
 
-    /// Light of the packages of a zone in a part.
-    fn zone_pieces(&self, zone: [usize; 2], part: usize, weight: f64) -> Vec<Piece<'_>> {
+    /// Light of the packages of a zone in a part, as of an endless array.
+    fn endless_pieces(&self, zone: [usize; 2], part: usize) -> Vec<Piece<'_>> {
         let piece = |(package, traced): (&[usize; 2], [usize; 2])| {
-            let at = [0, 1].map(|k| (package[k] - traced[k]) * self.step[k]);
-            Piece { at, weight, ..self.responses.at(traced, part) }
+            let step = self.step.map(|step| step as isize);
+            let at = [0, 1].map(|k| (package[k] as isize - traced[k] as isize) * step[k]);
+            Piece { at, ..self.responses.at(traced, part) }
         };
         self.dealt(zone).iter().zip(self.stand_ins(zone)).map(piece).collect()
+    }
+
+    /// Light of the packages of a zone in a part.
+    fn zone_pieces(&self, zone: [usize; 2], part: usize, weight: f64) -> Vec<Piece<'_>> {
+        let pieces = self.endless_pieces(zone, part).into_iter();
+        pieces.flat_map(|piece| self.walls.folded(Piece { weight, ..piece }, part)).collect()
     }
 
     /// All parts together by their luminance.
@@ -484,7 +498,7 @@ impl Array<'_> {
             }
             let first = zones[0];
             let of_part = |part: usize| {
-                let (block, at) = sum_of(&self.zone_pieces(first, part, 1.0), groups);
+                let (block, at) = sum_of(&self.endless_pieces(first, part), groups);
                 Shared { block, at, first }
             };
             let one = of_part(0);
@@ -504,9 +518,12 @@ impl Array<'_> {
                 match kind.map(|kind| &kind[k]) {
                     _ if weight <= 0.0 => {}
                     Some(Shared { block, at, first }) => {
-                        let begin = |k: usize, zone| self.dealt(zone)[0][k] * self.step[k];
+                        let begin =
+                            |k: usize, zone| (self.dealt(zone)[0][k] * self.step[k]) as isize;
                         let at = [0, 1].map(|k| at[k] + begin(k, zone) - begin(k, *first));
-                        pieces[k].push(Piece { block, turn: Turn::default(), at, weight });
+                        let turn = Turn::default();
+                        let piece = Piece { block, turn, at, within: ANYWHERE, weight };
+                        pieces[k].extend(self.walls.folded(piece, k));
                     }
                     None => pieces[k].extend(self.zone_pieces(zone, k, weight)),
                 }

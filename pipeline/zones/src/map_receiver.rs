@@ -39,6 +39,11 @@ impl Frame {
 
     /// Coordinate of the middle of bin `k` along an axis, mm.
     pub fn middle_mm(&self, axis: usize, k: usize) -> f64 {
+        self.at_mm(axis, k as isize)
+    }
+
+    /// The same of a bin that may lie beyond its ends.
+    pub fn at_mm(&self, axis: usize, k: isize) -> f64 {
         self.low_mm[axis] + (k as f64 + 0.5) * self.bin_mm[axis]
     }
 
@@ -224,8 +229,8 @@ impl<'a> MapReceiver<'a> {
                     Some((_, receiver)) => format!("receivers: {:?}: bins", receiver.name()),
                     None => "receiver.bin_mm".to_owned(),
                 },
-                places.traced[0],
-                places.traced[1],
+                places.stated[0],
+                places.stated[1],
                 places.whole[0],
                 places.whole[1]
             );

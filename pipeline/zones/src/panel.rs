@@ -116,12 +116,12 @@ struct ColourRow {
 
 impl<'a> PanelBeforeZones<'a> {
     /// The panel of `frame` before `zones` over `area` (lower end and length along x and y, mm) and
-    /// these parts of the light, of which any bin may lack or have too much so many times what lies
-    /// beyond the traced array, which shows a picture.
+    /// these parts of the light, of which any bin may lack or have too much what lies beyond the traced
+    /// array, which shows a picture.
     pub fn new(
         frame: Frame,
         (zones, area): ([usize; 2], [[f64; 2]; 2]),
-        (light, beyond, drive): (&'a [ChannelLight], &BeyondLight, f64),
+        (light, beyond): (&'a [ChannelLight], BeyondLight),
         picture: PatternPicture<'a>,
     ) -> Self {
         let parts = [0, 1].map(|axis| {
@@ -141,10 +141,6 @@ impl<'a> PanelBeforeZones<'a> {
                 let levels = wanted.iter().map(|xyz| xyz[1]).collect();
                 (levels, Wanted::Coloured(colours, wanted))
             }
-        };
-        let beyond = BeyondLight {
-            parts: beyond.parts.iter().map(|light| drive * light).collect(),
-            of_white: drive * beyond.of_white,
         };
         let roles = Vec::new();
         let mut panel = Self { frame, zones, parts, levels, roles, light, wanted, beyond };
@@ -671,8 +667,8 @@ mod tests {
             };
             let picture = PatternPicture::Coloured(&on_panel);
             let whole = ([1, 1], [[0.0, 1.0]; 2]);
-            let mut beyond = BeyondLight { parts: vec![0.0], of_white: 0.0 };
-            let panel = PanelBeforeZones::new(frame, whole, (&parts, &beyond, 1.0), picture);
+            let none = BeyondLight { parts: vec![0.0], of_white: 0.0 };
+            let panel = PanelBeforeZones::new(frame, whole, (&parts, none), picture);
             let noise = 0.03;
             for d in [0.0, 0.5, 1.0, -0.7, 3.0] {
                 let exact = 1.0 + d * noise;
@@ -700,8 +696,8 @@ mod tests {
                 }
             }
             // Light from beyond: a tenth of full drive on black is a tenth of what leaks.
-            beyond = BeyondLight { parts: vec![1.0], of_white: 1.0 };
-            let panel = PanelBeforeZones::new(frame, whole, (&parts, &beyond, 0.1), picture);
+            let some = BeyondLight { parts: vec![0.1], of_white: 0.1 };
+            let panel = PanelBeforeZones::new(frame, whole, (&parts, some), picture);
             let [y, ..] = panel.biases((0, 0), &[1.0], &[0.0], 1.0);
             if level.iter().all(|own| own.abs() < f64::MIN_POSITIVE) {
                 // Beside the same share of white.

@@ -2,8 +2,9 @@
 //! Places of packages in columns and rows or anywhere, and the traced place that stands for each.
 //!
 //! The whole array of full rows at right angles may be larger than that of the design, at the same
-//! pitch, with walls, plates and films as far from its outermost packages. The outer half of the
-//! traced array then stands for the packages near each wall, and its middle for all others.
+//! pitch, with walls, plates and films as far from its outermost packages. Packages nearer to a wall
+//! than the middle of the stated array are then traced where they stand, and one far from all walls
+//! stands for all others.
 //!
 //! Zones are equal rectangles over the area of all packages: half a pitch beyond the outermost ones,
 //! where places follow no rows the pitch p of as many squares, (w + p)(h + p) = N p².
@@ -22,7 +23,9 @@ const MIN_TRACED: usize = 5;
 /// Places of the packages of an array.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Places {
-    /// Columns and rows that are traced: those of the design.
+    /// Columns and rows that the design states.
+    pub stated: [usize; 2],
+    /// Columns and rows of the array in which responses are traced: as stated, or more.
     pub traced: [usize; 2],
     /// Columns and rows of the whole array.
     pub whole: [usize; 2],
@@ -41,12 +44,17 @@ pub struct Places {
 }
 
 impl Places {
-    /// The places of `design`, or of a larger array of `whole` columns and rows.
+    /// The places of `design`, or of a larger array of `whole` columns and rows. Of a design that was
+    /// widened, `stated_packages` are the columns and rows before.
     ///
     /// # Errors
     /// A whole array that is smaller, or larger than so few packages can stand for, or of packages
     /// that differ.
-    pub fn new(design: &Design, whole: Option<[usize; 2]>) -> Result<Self> {
+    pub fn new(
+        design: &Design,
+        whole: Option<[usize; 2]>,
+        stated_packages: Option<[usize; 2]>,
+    ) -> Result<Self> {
         ensure!(
             design.array.drives.is_none(),
             "array.positions_file: expected positions without powers for zones, whose levels say what each package emits"
@@ -82,9 +90,9 @@ impl Places {
         for (number, [i, j]) in places.into_iter().enumerate() {
             numbers[j * traced[0] + i] = number;
         }
-        let whole = whole.unwrap_or(traced);
+        let (whole, stated_packages) = (whole.unwrap_or(traced), stated_packages.unwrap_or(traced));
         for k in 0..2 {
-            let (name, most) = (["columns", "rows"][k], traced[k]);
+            let (name, most) = (["columns", "rows"][k], stated_packages[k]);
             ensure!(
                 whole[k] == most || whole[k] > most && most >= MIN_TRACED,
                 "--packages: expected {most} {name} as in the design{}, got {}",
@@ -100,6 +108,7 @@ impl Places {
             [0, 1].map(|k| first_mm[k] - 0.5 * (whole[k] - traced[k]) as f64 * pitch_mm[k]);
         let area = |k: usize| [first_mm[k] - 0.5 * pitch_mm[k], whole[k] as f64 * pitch_mm[k]];
         Ok(Self {
+            stated: stated_packages,
             traced,
             whole,
             pitch_mm,
@@ -131,6 +140,7 @@ impl Places {
         };
         let area = |k: usize, length: f64| [first_mm[k] - 0.5 * pitch_mm[k], length + pitch_mm[k]];
         Self {
+            stated: whole,
             traced: whole,
             whole,
             pitch_mm,
@@ -208,9 +218,9 @@ impl Places {
         &self.packages_by_zone
     }
 
-    /// True if the traced array stands for a larger one along an axis.
+    /// True if the stated array stands for a larger one along an axis.
     pub fn is_extended(&self, axis: usize) -> bool {
-        self.whole[axis] > self.traced[axis]
+        self.whole[axis] > self.stated[axis]
     }
 
     /// Packages of the whole array.
@@ -221,14 +231,40 @@ impl Places {
     /// The traced column (`axis` 0) or row that stands for number `i` of the whole array.
     pub fn stand_in(&self, axis: usize, i: usize) -> usize {
         let (traced, whole) = (self.traced[axis], self.whole[axis]);
-        if whole == traced {
+        if !self.is_extended(axis) {
             return i;
         }
-        let (reach, from_end) = (self.reach(axis), whole - 1 - i);
-        if i <= from_end { i.min(reach) } else { traced - 1 - from_end.min(reach) }
+        let (near_wall, from_end) = (self.near_wall(axis), whole - 1 - i);
+        match (i <= from_end, i.min(from_end) < near_wall) {
+            (true, true) => i,
+            (true, false) => (traced - 1) / 2,
+            (false, true) => traced - 1 - from_end,
+            (false, false) => traced / 2,
+        }
     }
 
-    /// Packages from the one that stands for the inner ones to the nearest wall.
+    /// Places to the nearest wall of a package that another stands for, which is moved towards it.
+    pub fn moved_to(&self, package: [usize; 2]) -> Option<usize> {
+        let axes = (0..2).filter(|k| self.traced[*k] > self.stated[*k]);
+        let away = axes.map(|k| (k, package[k].min(self.whole[k] - 1 - package[k])));
+        away.filter(|(k, away)| *away >= self.near_wall(*k)).map(|(_, away)| away).min()
+    }
+
+    /// True if the package in this traced column or row stands for one or more.
+    pub fn is_traced(&self, axis: usize, i: usize) -> bool {
+        let traced = self.traced[axis];
+        let near_wall = self.near_wall(axis);
+        !self.is_extended(axis)
+            || i.min(traced - 1 - i) < near_wall
+            || [(traced - 1) / 2, traced / 2].contains(&i)
+    }
+
+    /// Packages from each wall that are traced where they stand.
+    pub fn near_wall(&self, axis: usize) -> usize {
+        (self.stated[axis] - 1) / 2
+    }
+
+    /// Packages from the one that stands for the inner ones to the nearest wall of the traced array.
     pub fn reach(&self, axis: usize) -> usize {
         (self.traced[axis] - 1) / 2
     }
@@ -289,7 +325,7 @@ mod tests {
             (6, [0, 1, 2, 2, 2, 3, 3, 4, 5]),
             (9, [0, 1, 2, 3, 4, 5, 6, 7, 8]),
         ] {
-            let places = Places::new(&square(traced), Some([9, 9])).expect("large enough");
+            let places = Places::new(&square(traced), Some([9, 9]), None).expect("large enough");
             let found: Vec<usize> = (0..9).map(|i| places.stand_in(0, i)).collect();
             assert_eq!(found, expected, "{traced}");
             let are_equal = |a: [f64; 2], b: [f64; 2]| (0..2).all(|k| (a[k] - b[k]).abs() < 1e-12);
@@ -301,7 +337,7 @@ mod tests {
     #[test]
     fn arrays_that_stand_for_no_other_are_refused() {
         for (traced, whole) in [(4, [9, 9]), (5, [9, 4]), (9, [5, 9])] {
-            let error = Places::new(&square(traced), Some(whole)).expect_err("refused");
+            let error = Places::new(&square(traced), Some(whole), None).expect_err("refused");
             assert!(error.to_string().starts_with("--packages: expected"), "{error}");
         }
     }
@@ -317,9 +353,9 @@ mod tests {
         for set in set {
             let mut design = square(5);
             set(&mut design);
-            let error = Places::new(&design, Some([9, 9])).expect_err("refused").to_string();
+            let error = Places::new(&design, Some([9, 9]), None).expect_err("refused").to_string();
             assert!(error.contains("turned, of other sizes or off their places"), "{error}");
-            assert!(Places::new(&design, None).is_ok());
+            assert!(Places::new(&design, None, None).is_ok());
         }
     }
 
@@ -333,9 +369,9 @@ mod tests {
             arrangement: design::schema::Arrangement::Hexagonal,
         };
         design.array.pitch_mm = Pitch::Along(runtime::serde_arrays::List([8.0, 6.0]));
-        let error = Places::new(&design, Some([10, 4])).expect_err("no lattice").to_string();
+        let error = Places::new(&design, Some([10, 4]), None).expect_err("no lattice").to_string();
         assert!(error.starts_with("--packages: expected none of packages"), "{error}");
-        let mut places = Places::new(&design, None).expect("staggered");
+        let mut places = Places::new(&design, None, None).expect("staggered");
         assert!(!places.is_lattice() && !places.are_free() && places.whole == [5, 4]);
         for (axis, expected) in [(0, [-22.0, 44.0]), (1, [-12.0, 24.0])] {
             let off = (0..2).map(|k| (places.area_mm(axis)[k] - expected[k]).abs());
@@ -360,7 +396,7 @@ mod tests {
         let positions_mm = vec![[0.0, 0.0], [8.0, 0.0], [0.0, 8.0], [8.0, 8.0], [20.0, 20.0]];
         design.array.positions =
             PackagePositions::List { positions_mm, turns_deg: Vec::new(), file: String::new() };
-        let places = Places::new(&design, None).expect("places");
+        let places = Places::new(&design, None, None).expect("places");
         assert!(places.are_free());
         let p = places.pitch_mm[0];
         assert!(((20.0 + p).powi(2) - 5.0 * p * p).abs() < 1e-9, "{p}");

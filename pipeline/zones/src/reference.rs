@@ -54,20 +54,34 @@ pub struct Spread {
     pub radii_mm: Vec<Option<Estimate>>,
 }
 
-/// Light that the traced array does not show.
+/// Light of an inner package that its response does not show where it falls: beyond the traced array,
+/// or wrong beside walls that it is moved to.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Beyond {
-    /// Packages from the inner one to the walls.
+    /// Packages from the inner one to the walls of the traced array.
     pub reach: usize,
-    /// Share of its light; `None` where the light does not fall off towards the walls.
+    /// Share of its light beyond; `None` where the light does not fall off towards the walls.
     pub share: Option<Estimate>,
+    /// Light that is too much beside walls, of all packages that are moved towards one, over that of
+    /// one package; `None` where the traced array is the stated one.
+    pub walls: Option<Estimate>,
+    /// The most that the law of the walls is off, over the light beyond them.
+    pub law: f64,
+    /// Share of its light on the cell of a package so many places away or farther, at most.
+    pub falls: Vec<f64>,
 }
 
 impl Beyond {
-    /// The largest share that it may be: two standard errors above its value, and all light where
-    /// it does not fall off.
+    /// The largest share that both may be: two standard errors above their values, and all light
+    /// where it does not fall off.
     pub fn bound(&self) -> f64 {
-        self.share.map_or(1.0, |share| (share.value + 2.0 * share.standard_error).min(1.0))
+        let [share, walls] = self.bounds();
+        (share + walls).min(1.0)
+    }
+
+    fn bounds(&self) -> [f64; 2] {
+        let largest = |of: Estimate| of.value.abs() + 2.0 * of.standard_error;
+        [self.share.map_or(1.0, largest), self.walls.map_or(0.0, largest)]
     }
 }
 
@@ -97,7 +111,7 @@ impl Array<'_> {
     pub(super) fn reference(&self) -> Reference {
         let (white, uniformity, groups_of_extremes) = self.at_full_drive();
         let beyond = self.beyond(None);
-        // Light that the walls send back lies among the packages that are traced.
+        // Light beyond, and what the walls send back, lies among the packages that are traced.
         let bias = beyond.as_ref().map_or(0.0, |beyond| {
             let of_zone = self.dealt([0, 0]).len() as f64;
             let traced = (self.places.traced[0] * self.places.traced[1]) as f64;
@@ -232,14 +246,14 @@ impl Array<'_> {
         let (block, at) = sum_of(&pieces, self.responses.groups);
         let width = self.frame.bin_mm[0].max(self.frame.bin_mm[1]);
         let distance = |i: usize, j: usize| {
-            let x = self.frame.middle_mm(0, at[0] + i) - centre_mm[0];
-            let y = self.frame.middle_mm(1, at[1] + j) - centre_mm[1];
+            let x = self.frame.at_mm(0, at[0] + i as isize) - centre_mm[0];
+            let y = self.frame.at_mm(1, at[1] + j as isize) - centre_mm[1];
             x.hypot(y)
         };
         let is_on_panel = |bin: &[usize; 2]| {
             (0..2).all(|k| {
                 let [low, length] = self.places.area_mm(k);
-                let middle = self.frame.middle_mm(k, at[k] + bin[k]);
+                let middle = self.frame.at_mm(k, at[k] + bin[k] as isize);
                 (low..=low + length).contains(&middle)
             })
         };
@@ -268,8 +282,7 @@ impl Array<'_> {
         Spread { zone, centre_mm, distance_mm, rings, radii_mm }
     }
 
-    /// Light of an inner package, of one channel or all, beyond the walls of the traced array, which
-    /// send it back.
+    /// Light of an inner package, of one channel or all, beyond the traced array.
     pub(super) fn beyond(&self, channel: Option<usize>) -> Option<Beyond> {
         let extended: Vec<usize> = (0..2).filter(|k| self.places.is_extended(*k)).collect();
         let reach = extended.iter().map(|k| self.places.reach(*k)).min()?;
@@ -291,7 +304,7 @@ impl Array<'_> {
         });
         let shell = |i: usize, j: usize| {
             let away = |k: usize, bin: usize| {
-                let mm = traced.middle_mm(k, at[k] + bin) - centre[k];
+                let mm = traced.at_mm(k, at[k] + bin as isize) - centre[k];
                 (mm.abs() / self.places.pitch_mm[k]).round() as usize
             };
             extended.iter().map(|&k| away(k, [i, j][k])).max().unwrap_or(0)
@@ -327,25 +340,59 @@ impl Array<'_> {
         let without: Option<Vec<f64>> = (0..last).map(share).collect();
         let share = share(last).zip(without);
         let share = share.map(|(value, all)| JackknifedFigure::new(value, all).estimate());
-        Some(Beyond { reach, share })
+        let whole = |shell: usize| shells[shell][last] / (packages(shell) * all[last]);
+        let mut falls: Vec<f64> = (0..=reach).map(whole).collect();
+        for shell in (0..reach).rev() {
+            falls[shell] = falls[shell].max(falls[shell + 1]);
+        }
+        let walls = [0, 1].map(|axis| self.error_at_walls(axis, channel)).into_iter().flatten();
+        let walls = walls.max_by(|a, b| a.moved.value.abs().total_cmp(&b.moved.value.abs()));
+        let law = walls.map_or(0.0, |walls| walls.law);
+        Some(Beyond { reach, share, walls: walls.map(|walls| walls.moved), law, falls })
+    }
+
+    /// Light that any place may lack or have too much at these drives of the zones, over the mean at
+    /// full drive: that of full drive at the largest, or what all lit packages together may make.
+    pub(super) fn share_beyond(&self, beyond: Option<&Beyond>, drives: &[f64]) -> f64 {
+        let Some(beyond) = beyond else { return 0.0 };
+        let largest = drives.iter().copied().fold(0.0, f64::max);
+        let ([share, walls], last) = (beyond.bounds(), beyond.falls.len() - 1);
+        let (mut far, mut beside) = (0.0, 0.0);
+        for (packages, drive) in self.places.packages_by_zone().iter().zip(drives) {
+            for package in packages {
+                far += drive * beyond.falls[last];
+                if let Some(away) = self.places.moved_to(*package) {
+                    beside += drive * beyond.law * beyond.falls[away.min(last)];
+                }
+            }
+        }
+        let far = if beyond.share.is_some() { far } else { largest };
+        (far.min(share * largest) + beside.min(walls * largest)).min(largest)
     }
 }
 
 /// Sums without each group, scaled to all, then the sum of all.
-fn readings(groups: &[f64]) -> Vec<f64> {
+pub(super) fn readings(groups: &[f64]) -> Vec<f64> {
     let total: f64 = groups.iter().sum();
     let without = groups.iter().map(|group| without_group(total, *group, groups.len()));
     without.chain([total]).collect()
 }
 
 /// The sum of pieces over the bins that they reach, and its first bin.
-pub(super) fn sum_of(pieces: &[Piece], groups: usize) -> (Block, [usize; 2]) {
-    let at = [0, 1].map(|k| pieces.iter().map(|piece| piece.at[k]).min().unwrap_or(0));
-    let end = [0, 1].map(|k| pieces.iter().map(|piece| piece.at[k] + piece.bins()[k]).max());
-    let bins = [0, 1].map(|k| end[k].unwrap_or(0) - at[k]);
+pub(super) fn sum_of(pieces: &[Piece], groups: usize) -> (Block, [isize; 2]) {
+    let ends = |piece: &Piece, k: usize| {
+        let [low, high] = piece.within[k];
+        [piece.at[k].max(low), (piece.at[k] + piece.bins()[k] as isize).min(high)]
+    };
+    let at = [0, 1].map(|k| pieces.iter().map(|piece| ends(piece, k)[0]).min().unwrap_or(0));
+    let end = [0, 1].map(|k| pieces.iter().map(|piece| ends(piece, k)[1]).max().unwrap_or(0));
+    let bins = [0, 1].map(|k| (end[k] - at[k]).max(0) as usize);
     let mut moved = pieces.to_vec();
     for piece in &mut moved {
-        piece.at = [0, 1].map(|k| piece.at[k] - at[k]);
+        for k in 0..2 {
+            piece.at[k] -= at[k];
+            piece.within[k] = piece.within[k].map(|end| end.saturating_sub(at[k]));
+        }
     }
     (Block::sum(bins, groups, &moved), at)
 }

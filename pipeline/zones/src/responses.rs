@@ -18,7 +18,7 @@ use runtime::store::{Store, program_sha256};
 
 use super::map_receiver::MapReceiver;
 use super::places::Places;
-use super::superposition::{Block, Piece, Turn};
+use super::superposition::{ANYWHERE, Block, Piece, Turn};
 use simulate::model::Model;
 use simulate::model_traces::ModelTraces;
 use simulate::observation::Observation;
@@ -31,7 +31,7 @@ use simulate::trace_plan::DomeChoice;
 /// Folder of kept responses in the cache.
 const FOLDER: &str = "responses";
 /// Memory of all responses, bytes.
-const MAX_BYTES: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
+pub(super) const MAX_BYTES: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
 
 /// Light of a channel at one of its wavelengths, or all light.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,6 +76,11 @@ impl ChannelLight {
         }
         Ok(parts)
     }
+}
+
+/// Groups of paths of a response in so many parts of the light, or as a whole.
+pub(super) fn groups_of(parts: Option<usize>) -> usize {
+    if parts.is_some() { GROUPS / GROUPS_TOGETHER } else { GROUPS }
 }
 
 /// A traced response.
@@ -132,13 +137,17 @@ impl Responses {
         cache: &Cache,
         context: RunContext,
     ) -> Result<Self> {
-        let groups = if parts.is_some() { GROUPS / GROUPS_TOGETHER } else { GROUPS };
+        let groups = groups_of(parts);
         let count = parts.unwrap_or(1);
         let symmetry = receiver.symmetry(design, places);
         let [columns, rows] = places.traced;
         let mut traced: Vec<[usize; 2]> = Vec::new();
         let mut images = Vec::with_capacity(columns * rows);
         for place in (0..rows).flat_map(|j| (0..columns).map(move |i| [i, j])) {
+            if !(0..2).all(|k| places.is_traced(k, place[k])) {
+                images.push((usize::MAX, Turn::default()));
+                continue;
+            }
             let (first, turn) = image(place, places.traced, symmetry);
             let number = traced.iter().position(|known| *known == first).unwrap_or_else(|| {
                 traced.push(first);
@@ -190,7 +199,8 @@ impl Responses {
             blocks.push(kept.iter().map(block).collect());
             keys.push(key.hex().to_owned());
         }
-        let key = Key::of(&json!({"responses": keys, "images": places.traced}));
+        let key = json!({"responses": keys, "images": places.traced, "stated": places.stated});
+        let key = Key::of(&key);
         Ok(Self { blocks, groups, images, columns, key })
     }
 
@@ -202,7 +212,7 @@ impl Responses {
     /// The response of a place of the traced array in a part of the light, where that place stands.
     pub fn at(&self, [i, j]: [usize; 2], part: usize) -> Piece<'_> {
         let (number, turn) = self.images[j * self.columns + i];
-        Piece { block: &self.blocks[number][part], turn, at: [0; 2], weight: 1.0 }
+        Piece { block: &self.blocks[number][part], turn, at: [0; 2], within: ANYWHERE, weight: 1.0 }
     }
 }
 

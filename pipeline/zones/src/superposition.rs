@@ -62,11 +62,16 @@ pub struct Piece<'a> {
     pub block: &'a Block,
     /// Which image of it.
     pub turn: Turn,
-    /// Its first bin along x and y in the larger map.
-    pub at: [usize; 2],
+    /// Its first bin along x and y in the larger map, which may lie before it.
+    pub at: [isize; 2],
+    /// First bin along x and y that it may light, and the first that it may not.
+    pub within: [[isize; 2]; 2],
     /// Factor.
     pub weight: f64,
 }
+
+/// No end of what a piece may light.
+pub const ANYWHERE: [[isize; 2]; 2] = [[isize::MIN, isize::MAX]; 2];
 
 impl Piece<'_> {
     /// Bins along x and y.
@@ -78,24 +83,34 @@ impl Piece<'_> {
     /// Adds its part of row `y` of the larger map.
     fn add_to(&self, sum: &mut RowOfGroups, y: usize) {
         let [width, height] = self.bins();
-        let Some(local) = y.checked_sub(self.at[1]).filter(|row| *row < height) else {
+        let [across, along] = self.within;
+        let y = y as isize;
+        let local = y - self.at[1];
+        if local < 0 || local >= height as isize || y < along[0] || y >= along[1] {
             return;
-        };
+        }
+        let local = local as usize;
         let row = if self.turn.mirror[1] { height - 1 - local } else { local };
-        let (weight, from) = (self.weight, self.at[0]);
+        let begin = self.at[0].max(across[0]).max(0);
+        let end = (self.at[0] + width as isize).min(across[1]).min(sum.bins as isize);
+        if begin >= end {
+            return;
+        }
+        let (weight, to) = (self.weight, begin as usize..end as usize);
+        let own = (begin - self.at[0]) as usize..(end - self.at[0]) as usize;
         for (group, values) in sum.values.chunks_exact_mut(sum.bins).enumerate() {
-            let to = values[from..from + width].iter_mut();
+            let to = values[to.clone()].iter_mut();
             match (self.turn.swap, self.turn.mirror[0]) {
                 (false, false) => {
-                    let part = self.block.row(group, row);
+                    let part = &self.block.row(group, row)[own.clone()];
                     to.zip(part).for_each(|(sum, value)| *sum += weight * value);
                 }
                 (false, true) => {
-                    let part = self.block.row(group, row).iter().rev();
-                    to.zip(part).for_each(|(sum, value)| *sum += weight * value);
+                    let part = &self.block.row(group, row)[width - own.end..width - own.start];
+                    to.zip(part.iter().rev()).for_each(|(sum, value)| *sum += weight * value);
                 }
                 (true, mirrored) => {
-                    for (i, sum) in to.enumerate() {
+                    for (i, sum) in own.clone().zip(to) {
                         let column = if mirrored { width - 1 - i } else { i };
                         *sum += weight * self.block.value(group, [row, column]);
                     }
@@ -103,7 +118,7 @@ impl Piece<'_> {
             }
         }
         let one_path = weight * self.block.one_path;
-        sum.one_path[from..from + width].iter_mut().for_each(|sum| *sum += one_path);
+        sum.one_path[to].iter_mut().for_each(|sum| *sum += one_path);
     }
 }
 
@@ -187,7 +202,13 @@ mod tests {
     #[test]
     fn images_are_placed_and_added() {
         let block = block();
-        let plain = Piece { block: &block, turn: Turn::default(), at: [1, 1], weight: 2.0 };
+        let plain = Piece {
+            block: &block,
+            turn: Turn::default(),
+            at: [1, 1],
+            within: ANYWHERE,
+            weight: 2.0,
+        };
         let of = |turn: Turn| Block::sum([5, 4], 2, &[Piece { turn, ..plain }]);
         let all = |block: &Block, group: usize| -> Vec<Vec<f64>> {
             (0..4).map(|j| block.row(group, j).to_vec()).collect()
@@ -222,5 +243,12 @@ mod tests {
         let twice = [plain, Piece { at: [2, 2], ..plain }];
         let seen = rows([5, 4], 2, &twice, |y, row| (y, row.total()[2], row.one_path[2]));
         assert_eq!(seen, [(0, 0.0, 0.0), (1, 24.0, 1.0), (2, 64.0 + 20.0, 2.0), (3, 60.0, 1.0)]);
+        // Across the lower ends, and within the first two columns alone.
+        let turned = Turn { mirror: [true, true], swap: false };
+        let across = Piece { turn: turned, at: [-1, -1], ..plain };
+        let of = |piece: Piece| all(&Block::sum([5, 4], 2, &[piece]), 0)[0].clone();
+        assert_eq!(of(across), [2.0, 0.0, 0.0, 0.0, 0.0]);
+        let narrow = Piece { within: [[2, 9], [0, 9]], at: [1, 0], ..plain };
+        assert_eq!(of(narrow), [0.0, 0.0, 2.0, 4.0, 0.0]);
     }
 }
