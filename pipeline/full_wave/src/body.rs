@@ -56,19 +56,35 @@ const MIN_NODES: f64 = 4.0;
 /// 5, 6, 7 and 8 nodes.
 const COARSE_NODES: f64 = 5.0;
 
-/// Unknowns of a tile, and of the least body that is cut into tiles.
+/// Unknowns of a tile, and of the smallest body that is cut into tiles: chosen.
 const TILE: usize = 1280;
 const LEAST_TILED: usize = 4 * TILE;
 /// Share of its unknowns by which a tile acts on others, for memory and time before it is known: ten rings of
 /// 10 µm have 0.21, and 170 take the memory of 0.17. The larger refuses too much rather than too little.
 const KEPT_SHARE: f64 = 0.22;
-/// Operations of skeletons over the square of the unknowns of a tile.
+/// Operations of skeletons over the square of the unknowns of a tile, chosen.
 const OPERATIONS_OF_TILE: f64 = 6e4;
-/// Bytes that a thread takes for the matrices of a tile and of its neighbours.
+/// Operations of a factorisation over the cube of its unknowns: (2/3) n³ complex products and sums, four real
+/// ones each.
+const OPERATIONS_OF_FACTORS: f64 = 8.0 / 3.0;
+/// Pairs of points of the skeletons over the pairs within the tiles: those in and beside a tile, and those of far
+/// nodes, which get sparser with the distance, for each factor e in the number of tiles. Chosen.
+const NEAR_PAIRS: f64 = 9.0;
+const FAR_PAIRS: f64 = 4.0;
+/// Share of all pairs of points whose kernels skeletons exchange. Chosen: twice the square of [`KEPT_SHARE`], as a
+/// node of a skeleton may keep one of its two unknowns alone.
+const EXCHANGED_PAIRS: f64 = 0.1;
+/// Numbers that a tile keeps over the square of its unknowns: its factors, and by [`KEPT_SHARE`] what collects,
+/// spreads and exchanges.
+const NUMBERS_OF_TILE: f64 = 1.5;
+/// Bytes of a complex number in single and in double precision.
+const SINGLE: f64 = 8.0;
+const DOUBLE: f64 = 16.0;
+/// Bytes that a thread takes for the matrices of a tile and of its neighbours, chosen.
 const BYTES_OF_THREAD: f64 = 1.3e8;
-/// Error of a solution in single precision that exact equations confirm; a smaller one needs refinement.
+/// Error below which a cost counts a step of refinement. Chosen: the first solution is in single precision.
 const SINGLE_ERROR: f64 = 1e-5;
-/// Share of the largest kernels that skeletons leave out.
+/// Share of the largest kernels that skeletons leave out. Chosen: what single precision resolves.
 const SKELETONS: f32 = 1e-6;
 
 /// Fineness of the panels and memory.
@@ -190,12 +206,14 @@ impl Body {
         let exact = if self.accuracy.target < SINGLE_ERROR { 1.0 } else { SAMPLE as f64 / points };
         let refined = points * points * exact.min(1.0);
         let (pairs, operations) = if is_tiled {
-            // Within and beside tiles, and of nodes far from them, more sparsely with the distance.
-            let near = points * tile * (9.0 + 4.0 * tiles.ln());
-            let of_tiles = tiles * (TILE as f64).powi(2) * (TILE as f64 * 2.7 + OPERATIONS_OF_TILE);
-            (near + times * (refined + 0.1 * points * points), 8.0 / 3.0 * m * m * m + of_tiles)
+            let of_skeletons = points * tile * (NEAR_PAIRS + FAR_PAIRS * tiles.ln());
+            let exchanged = EXCHANGED_PAIRS * points * points;
+            let of_tile = TILE as f64 * OPERATIONS_OF_FACTORS + OPERATIONS_OF_TILE;
+            let of_tiles = tiles * (TILE as f64).powi(2) * of_tile;
+            let operations = OPERATIONS_OF_FACTORS * m * m * m + of_tiles;
+            (of_skeletons + times * (refined + exchanged), operations)
         } else {
-            (times * (refined + points * points), 8.0 / 3.0 * n * n * n)
+            (times * (refined + points * points), OPERATIONS_OF_FACTORS * n * n * n)
         };
         let operations = operations * matrices as f64;
         Cost { unknowns, reduced, matrices, held, bytes, kernels: pairs * images, operations }
@@ -205,14 +223,16 @@ impl Body {
     fn held(&self, reduced: usize) -> (usize, f64) {
         let unknowns = self.mesh.panels.len() * PER_PANEL;
         let (n, m, matrices) = (unknowns as f64, reduced as f64, self.parities().len());
-        // Two numbers in single precision each, three of a block of columns, and what a factorisation
-        // needs beside them; with tiles the kernels between them and the factors of each as well.
-        let factors = 8.0 * m * m * 1.05 + 12.0 * m * LU_WIDTH as f64;
+        // The factors in single precision, three real numbers of a block of columns, and what a factorisation
+        // needs beside them. With tiles the kernels between them and the numbers of each as well; without,
+        // both sides of the kernels in double precision, and their sum.
+        let factors = SINGLE * m * m * 1.05 + 12.0 * m * LU_WIDTH as f64;
         let each = if self.accuracy.tile < unknowns {
             let threads = rayon::current_num_threads() as f64;
-            factors + 8.0 * m * m + 8.0 * n * 1.5 * TILE as f64 + BYTES_OF_THREAD * threads
+            let of_tiles = SINGLE * n * NUMBERS_OF_TILE * TILE as f64;
+            factors + SINGLE * m * m + of_tiles + BYTES_OF_THREAD * threads
         } else {
-            factors + 48.0 * n * n
+            factors + 3.0 * DOUBLE * n * n
         };
         let held = if each * matrices as f64 > self.max_bytes { 1 } else { matrices };
         (held, each * held as f64)
@@ -251,7 +271,10 @@ impl Body {
         self.check_sources(sources)?;
         let scale = TAU / self.wavelength;
         let scaled: Vec<[f64; 2]> = sources.iter().map(|s| [s[0] * scale, s[1] * scale]).collect();
-        Ok(self.lit(polarisation, &Light::Lines(&scaled))?.with_sources(scaled))
+        let light = Light::Lines(&scaled);
+        Ok(self
+            .lit(polarisation, &light, |system, right| system.solve(right))?
+            .with_sources(scaled))
     }
 
     /// Field of plane waves of unit amplitude from outside that travel at `angles` from z towards
@@ -265,10 +288,17 @@ impl Body {
         polarisation: Polarisation,
         angles: &[f64],
     ) -> Result<Field, FullWaveError> {
-        self.lit(polarisation, &Light::Planes(angles))
+        self.lit(polarisation, &Light::Planes(angles), |system, right| system.solve(right))
     }
 
-    fn lit(&self, polarisation: Polarisation, light: &Light) -> Result<Field, FullWaveError> {
+    /// The field of light whose densities, by the equations and right-hand sides of some parities, `solve`
+    /// finds.
+    fn lit(
+        &self,
+        polarisation: Polarisation,
+        light: &Light,
+        mut solve: impl FnMut(&System<'_>, &[CMat]) -> Result<Vec<CMat>, FullWaveError>,
+    ) -> Result<Field, FullWaveError> {
         let index = self.index;
         let weight = match polarisation {
             Polarisation::Te => [1.0, 1.0],
@@ -299,7 +329,7 @@ impl Body {
         for (parities, right) in parities.chunks(held).zip(right.chunks(held)) {
             let compressed = (tiles.as_slice(), skeletons.as_slice());
             let system = System::new(coupling, parities, &blocks, compressed, self.accuracy.target);
-            densities.extend(system.solve(right)?);
+            densities.extend(solve(&system, right)?);
         }
         Ok(Field::new(self.mesh.clone(), media, mirror, parities, densities))
     }
@@ -420,6 +450,8 @@ fn line_source(k: f64, x: [f64; 2], normal: [f64; 2], s: [f64; 2]) -> [Complex64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reduced::Reduced;
+    use crate::system::relative_size;
 
     /// The stepped dome D1 of the paper with fewer rings: level treads outward from a sphere, upright
     /// risers.
@@ -493,6 +525,44 @@ mod tests {
         };
         let [first, refined] = [0.5, 1e-7].map(coarse);
         assert!(first > 1e-5 && refined < 1e-6, "{first:e} {refined:e}");
+    }
+
+    /// Error of the first solution that exact equations of `sample` unknowns state, and the true one.
+    fn stated_and_true(body: &Body, sources: &[[f64; 2]], sample: usize) -> [f64; 2] {
+        let mut errors = [0.0; 2];
+        let sources: Vec<[f64; 2]> =
+            sources.iter().map(|place| place.map(|x| x * TAU / body.wavelength)).collect();
+        let solve = |system: &System<'_>, right: &[CMat]| {
+            let factors = Reduced::all(system);
+            let (first, stated) = system.first(&factors, right, sample);
+            let refined = system.refined(&factors, first.clone(), right)?;
+            let apart = first.iter().zip(&refined);
+            let apart = apart.map(|(first, refined)| relative_size(&(first - refined), refined));
+            errors = [stated, apart.fold(0.0, f64::max)];
+            Ok(refined)
+        };
+        body.lit(Polarisation::Tm, &Light::Lines(&sources), solve).expect("a solution");
+        errors
+    }
+
+    /// By all equations and by those of a few panels; in single precision and with coarse skeletons, whose
+    /// error is a thousand times as large.
+    #[test]
+    fn sampled_equations_bound_the_error() {
+        let sources = SOURCES.map(|[x, z]| [x, z + 4.0]);
+        for skeletons in [SKELETONS, 1e3 * SKELETONS] {
+            let mut body = body(&stepped(4, 5.0), 1e-10, Some(320));
+            body.accuracy.skeletons = skeletons;
+            for sample in [SAMPLE, 10 * PER_PANEL] {
+                let [stated, error] = stated_and_true(&body, &sources, sample);
+                let ratio = stated / error;
+                eprintln!("{skeletons:e} {sample}: {stated:e} over {error:e}: {ratio}");
+                assert!(
+                    (1.0..20.0).contains(&ratio),
+                    "{skeletons:e}, {sample}: {stated:e}, {error:e}"
+                );
+            }
+        }
     }
 
     #[test]
