@@ -349,7 +349,7 @@ impl<'a, 't, L: Light, R: Rng, O: Observer> Walk<'_, 'a, 't, L, R, O> {
         (self.path, Stop::AtFilms)
     }
 
-    /// Shows light traced backwards to the receivers that read it, as far as it goes.
+    /// Shows light traced backwards to the receivers that read it, as far as it goes; books nothing.
     pub fn show_seen(mut self) {
         loop {
             let hit = self.intersect();
@@ -416,7 +416,10 @@ impl<'a, 't, L: Light, R: Rng, O: Observer> Walk<'_, 'a, 't, L, R, O> {
         self.show(length);
         let impact = self.arrive(hit)?;
         if matches!(impact.patch.optics, SurfaceModel::Periodic) {
-            return self.go_round(&impact);
+            return self.go_round(&impact).or_else(|| {
+                self.give_up();
+                None
+            });
         }
         let event = self.scatter(&impact);
         self.settle(&impact, &event)?;
@@ -607,13 +610,12 @@ impl<'a, 't, L: Light, R: Rng, O: Observer> Walk<'_, 'a, 't, L, R, O> {
         Some(())
     }
 
-    /// Goes on from the opposite face of a cell that repeats, just inside of it.
+    /// Goes on from the opposite face of a cell that repeats, just inside of it; `None` where it has done
+    /// so as often as it may, as level light would for ever.
     #[cold]
     fn go_round(&mut self, impact: &Impact<'_>) -> Option<()> {
         let Impact { hit, point, normal, .. } = *impact;
-        // Level light goes round for ever.
         if self.path.scatterings >= self.tracer.max_scatterings {
-            self.give_up();
             return None;
         }
         self.path.scatterings += 1;

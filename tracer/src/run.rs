@@ -90,7 +90,9 @@ fn trace_groups(
     }
 
     let mut tracer = Tracer::new(scene, receivers, settings);
-    if let Some(films) = control.films {
+    let bound = control.films.map(|films| BoundStack::new(films, &[scene], &[], settings));
+    let films = bound.transpose()?;
+    if let Some(films) = &films {
         films.relieve(&mut tracer);
     }
     let many = match settings.polarisation {
@@ -99,8 +101,6 @@ fn trace_groups(
         }
         Polarisation::Unpolarised | Polarisation::Carried => Strategy::PathByPath,
     };
-    let bound = control.films.map(|films| BoundStack::new(films, &[scene], &[], settings));
-    let films = bound.transpose()?;
     let like = || Tally::new(&tracer.receivers).totals;
     groups::resumed(settings, control, groups, 1, like, |group| {
         let at = (settings.seed, group);

@@ -130,7 +130,14 @@ impl SurfaceModel {
             Self::Scatter(table) => table.is_reciprocal(),
             Self::Coating(_) => false,
             Self::Printed(printed) => printed.base.is_reciprocal() && printed.ink.is_reciprocal(),
-            _ => true,
+            Self::Interface
+            | Self::Mirror { .. }
+            | Self::Lambertian { .. }
+            | Self::Mixed(_)
+            | Self::Layered(_)
+            | Self::LayeredMirror(_)
+            | Self::Absorber
+            | Self::Periodic => true,
         }
     }
 

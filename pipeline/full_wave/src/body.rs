@@ -56,19 +56,35 @@ const MIN_NODES: f64 = 4.0;
 /// 5, 6, 7 and 8 nodes.
 const COARSE_NODES: f64 = 5.0;
 
-/// Unknowns of a tile, and of the least body that is cut into tiles.
+/// Unknowns of a tile, and of the smallest body that is cut into tiles: chosen.
 const TILE: usize = 1280;
 const LEAST_TILED: usize = 4 * TILE;
 /// Share of its unknowns by which a tile acts on others, for memory and time before it is known: ten rings of
 /// 10 µm have 0.21, and 170 take the memory of 0.17. The larger refuses too much rather than too little.
 const KEPT_SHARE: f64 = 0.22;
-/// Operations of skeletons over the square of the unknowns of a tile.
+/// Operations of skeletons over the square of the unknowns of a tile, chosen.
 const OPERATIONS_OF_TILE: f64 = 6e4;
-/// Bytes that a thread takes for the matrices of a tile and of its neighbours.
+/// Operations of a factorisation over the cube of its unknowns: (2/3) n³ complex products and sums, four real
+/// ones each.
+const OPERATIONS_OF_FACTORS: f64 = 8.0 / 3.0;
+/// Pairs of points of the skeletons over the pairs within the tiles: those in and beside a tile, and those of far
+/// nodes, which get sparser with the distance, for each factor e in the number of tiles. Chosen.
+const NEAR_PAIRS: f64 = 9.0;
+const FAR_PAIRS: f64 = 4.0;
+/// Share of all pairs of points whose kernels skeletons exchange. Chosen: twice the square of [`KEPT_SHARE`], as a
+/// node of a skeleton may keep one of its two unknowns alone.
+const EXCHANGED_PAIRS: f64 = 0.1;
+/// Numbers that a tile keeps over the square of its unknowns: its factors, and by [`KEPT_SHARE`] what collects,
+/// spreads and exchanges.
+const NUMBERS_OF_TILE: f64 = 1.5;
+/// Bytes of a complex number in single and in double precision.
+const SINGLE: f64 = 8.0;
+const DOUBLE: f64 = 16.0;
+/// Bytes that a thread takes for the matrices of a tile and of its neighbours, chosen.
 const BYTES_OF_THREAD: f64 = 1.3e8;
-/// Error of a solution in single precision that exact equations confirm; a smaller one needs refinement.
+/// Error below which a cost counts a step of refinement. Chosen: the first solution is in single precision.
 const SINGLE_ERROR: f64 = 1e-5;
-/// Share of the largest kernels that skeletons leave out.
+/// Share of the largest kernels that skeletons leave out. Chosen: what single precision resolves.
 const SKELETONS: f32 = 1e-6;
 
 /// Fineness of the panels and memory.
@@ -190,12 +206,14 @@ impl Body {
         let exact = if self.accuracy.target < SINGLE_ERROR { 1.0 } else { SAMPLE as f64 / points };
         let refined = points * points * exact.min(1.0);
         let (pairs, operations) = if is_tiled {
-            // Within and beside tiles, and of nodes far from them, more sparsely with the distance.
-            let near = points * tile * (9.0 + 4.0 * tiles.ln());
-            let of_tiles = tiles * (TILE as f64).powi(2) * (TILE as f64 * 2.7 + OPERATIONS_OF_TILE);
-            (near + times * (refined + 0.1 * points * points), 8.0 / 3.0 * m * m * m + of_tiles)
+            let of_skeletons = points * tile * (NEAR_PAIRS + FAR_PAIRS * tiles.ln());
+            let exchanged = EXCHANGED_PAIRS * points * points;
+            let of_tile = TILE as f64 * OPERATIONS_OF_FACTORS + OPERATIONS_OF_TILE;
+            let of_tiles = tiles * (TILE as f64).powi(2) * of_tile;
+            let operations = OPERATIONS_OF_FACTORS * m * m * m + of_tiles;
+            (of_skeletons + times * (refined + exchanged), operations)
         } else {
-            (times * (refined + points * points), 8.0 / 3.0 * n * n * n)
+            (times * (refined + points * points), OPERATIONS_OF_FACTORS * n * n * n)
         };
         let operations = operations * matrices as f64;
         Cost { unknowns, reduced, matrices, held, bytes, kernels: pairs * images, operations }
@@ -205,14 +223,16 @@ impl Body {
     fn held(&self, reduced: usize) -> (usize, f64) {
         let unknowns = self.mesh.panels.len() * PER_PANEL;
         let (n, m, matrices) = (unknowns as f64, reduced as f64, self.parities().len());
-        // Two numbers in single precision each, three of a block of columns, and what a factorisation
-        // needs beside them; with tiles the kernels between them and the factors of each as well.
-        let factors = 8.0 * m * m * 1.05 + 12.0 * m * LU_WIDTH as f64;
+        // The factors in single precision, three real numbers of a block of columns, and what a factorisation
+        // needs beside them. With tiles the kernels between them and the numbers of each as well; without,
+        // both sides of the kernels in double precision, and their sum.
+        let factors = SINGLE * m * m * 1.05 + 12.0 * m * LU_WIDTH as f64;
         let each = if self.accuracy.tile < unknowns {
             let threads = rayon::current_num_threads() as f64;
-            factors + 8.0 * m * m + 8.0 * n * 1.5 * TILE as f64 + BYTES_OF_THREAD * threads
+            let of_tiles = SINGLE * n * NUMBERS_OF_TILE * TILE as f64;
+            factors + SINGLE * m * m + of_tiles + BYTES_OF_THREAD * threads
         } else {
-            factors + 48.0 * n * n
+            factors + 3.0 * DOUBLE * n * n
         };
         let held = if each * matrices as f64 > self.max_bytes { 1 } else { matrices };
         (held, each * held as f64)
@@ -269,6 +289,23 @@ impl Body {
     }
 
     fn lit(&self, polarisation: Polarisation, light: &Light) -> Result<Field, FullWaveError> {
+        let parities = self.parities();
+        let mut densities = Vec::with_capacity(parities.len());
+        let (media, mirror) = self.with_equations(polarisation, light, |system, right| {
+            densities.extend(system.solve(right)?);
+            Ok(())
+        })?;
+        Ok(Field::new(self.mesh.clone(), media, mirror, parities, densities))
+    }
+
+    /// Makes the equations and right-hand sides of light, of as many parities at once as the memory holds, for
+    /// `solve`. Returns media and the sign of the mirror's image.
+    fn with_equations(
+        &self,
+        polarisation: Polarisation,
+        light: &Light,
+        mut solve: impl FnMut(&System<'_>, &[CMat]) -> Result<(), FullWaveError>,
+    ) -> Result<(Media, f64), FullWaveError> {
         let index = self.index;
         let weight = match polarisation {
             Polarisation::Te => [1.0, 1.0],
@@ -287,7 +324,6 @@ impl Body {
             .map(|&parity| self.right_hand_side(&media, parity, mirror, light))
             .collect();
         let blocks = self.blocks(&media);
-        let mut densities = Vec::with_capacity(parities.len());
         let coupling = Coupling { mesh: &self.mesh, media: &media, mirror };
         let tiles = Tile::all(&self.mesh, self.accuracy.tile);
         let skeletons = skeletons(coupling, &tiles, self.accuracy.skeletons);
@@ -299,9 +335,9 @@ impl Body {
         for (parities, right) in parities.chunks(held).zip(right.chunks(held)) {
             let compressed = (tiles.as_slice(), skeletons.as_slice());
             let system = System::new(coupling, parities, &blocks, compressed, self.accuracy.target);
-            densities.extend(system.solve(right)?);
+            solve(&system, right)?;
         }
-        Ok(Field::new(self.mesh.clone(), media, mirror, parities, densities))
+        Ok((media, mirror))
     }
 
     /// Least distance of a source from the outline, in the unit of the outline: three quarters of a
@@ -420,6 +456,8 @@ fn line_source(k: f64, x: [f64; 2], normal: [f64; 2], s: [f64; 2]) -> [Complex64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::reduced::Reduced;
+    use crate::system::relative_size;
 
     /// The stepped dome D1 of the paper with fewer rings: level treads outward from a sphere, upright
     /// risers.
@@ -446,12 +484,15 @@ mod tests {
         body
     }
 
-    const SOURCES: [[f64; 2]; 3] = [[0.4, 0.4], [-1.1, 0.1], [1.0, 0.1]];
-
-    fn bins(body: &Body, polarisation: Polarisation) -> Vec<Vec<f64>> {
+    /// Places in the body.
+    fn sources(body: &Body) -> [[f64; 2]; 3] {
         let is_dome = body.outline.surroundings == Surroundings::Mirror;
         let up = if is_dome { 4.0 } else { 0.0 };
-        let field = body.solve(polarisation, &SOURCES.map(|[x, z]| [x, z + up])).unwrap();
+        [[0.4, 0.4], [-1.1, 0.1], [1.0, 0.1]].map(|[x, z]| [x, z + up])
+    }
+
+    fn bins(body: &Body, polarisation: Polarisation) -> Vec<Vec<f64>> {
+        let field = body.solve(polarisation, &sources(body)).unwrap();
         let edges: Vec<f64> = (-36..=36).map(|i| (2.5 * f64::from(i)).to_radians()).collect();
         field.bins(&edges)
     }
@@ -462,13 +503,17 @@ mod tests {
         pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest
     }
 
-    /// Without refinement, and with it; on a mirror, and closed without symmetry.
-    #[test]
-    fn tiles_give_what_one_matrix_gives() {
+    /// On a mirror, and closed without symmetry.
+    fn outlines() -> [Outline; 2] {
         let corners = [[3.0, 0.8], [2.0, 0.8], [2.0, 1.8], [0.2, 2.2], [-2.4, 0.2], [-3.2, -0.8]];
         let skew = corners.into_iter().fold(Outline::closed([3.0, -0.8]), Outline::line_to);
-        let skew = skew.line_to([3.0, -0.8]);
-        for outline in [stepped(4, 5.0), skew] {
+        [stepped(4, 5.0), skew.line_to([3.0, -0.8])]
+    }
+
+    /// Without refinement, and with it.
+    #[test]
+    fn tiles_give_what_one_matrix_gives() {
+        for outline in outlines() {
             for polarisation in [Polarisation::Te, Polarisation::Tm] {
                 let dense = bins(&body(&outline, 1e-10, None), polarisation);
                 let tiles = |target| bins(&body(&outline, target, Some(320)), polarisation);
@@ -493,6 +538,41 @@ mod tests {
         };
         let [first, refined] = [0.5, 1e-7].map(coarse);
         assert!(first > 1e-5 && refined < 1e-6, "{first:e} {refined:e}");
+    }
+
+    /// Errors of the first solution that exact equations of so many unknowns state, over the true one.
+    fn stated_over_true<const N: usize>(body: &Body, samples: [usize; N]) -> [f64; N] {
+        let mut ratios = [0.0; N];
+        let scale = TAU / body.wavelength;
+        let sources = sources(body).map(|place| place.map(|x| x * scale));
+        let solve = |system: &System<'_>, right: &[CMat]| {
+            let factors = Reduced::all(system);
+            let stated = samples.map(|sample| system.first(&factors, right, sample));
+            let first = &stated[0].0;
+            let refined = system.refined(&factors, first.clone(), right)?;
+            let apart = first.iter().zip(&refined);
+            let apart = apart.map(|(first, refined)| relative_size(&(first - refined), refined));
+            let error = apart.fold(0.0, f64::max);
+            ratios = stated.map(|(_, stated)| stated / error);
+            Ok(())
+        };
+        body.with_equations(Polarisation::Tm, &Light::Lines(&sources), solve).expect("a solution");
+        ratios
+    }
+
+    /// By the equations of all panels and of ten; in single precision, and with coarse skeletons, whose error
+    /// is hundreds of times as large.
+    #[test]
+    fn sampled_equations_bound_the_error() {
+        for outline in outlines() {
+            for skeletons in [SKELETONS, 1e3 * SKELETONS] {
+                let mut body = body(&outline, 1e-10, Some(320));
+                body.accuracy.skeletons = skeletons;
+                let ratios = stated_over_true(&body, [body.cost().unknowns, 10 * PER_PANEL]);
+                let bound = ratios.iter().all(|ratio| (1.0..20.0).contains(ratio));
+                assert!(bound, "{skeletons:e}: {ratios:?}");
+            }
+        }
     }
 
     #[test]

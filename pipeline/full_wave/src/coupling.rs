@@ -39,7 +39,7 @@ impl Coupling<'_> {
         sides
     }
 
-    /// Kernels between panels anywhere.
+    /// Kernels between panels, near or far.
     pub fn of_panels(&self, targets: &[usize], sources: &[usize]) -> Sides {
         let mut out = zeros(targets.len(), sources.len());
         let strips = sources.par_iter().map(|&source| self.strip(targets, source));

@@ -26,7 +26,7 @@ pub(crate) struct Group {
 }
 
 impl<'a> System<'a> {
-    /// `blocks` are the compressed blocks of the corners.
+    /// Joins the kernels, the compressed `blocks` of the corners, and tiles with their skeletons.
     pub fn new(
         coupling: Coupling<'a>,
         parities: &'static [f64],
@@ -46,6 +46,7 @@ impl<'a> System<'a> {
         Self { coupling, parities, groups, tiles, skeletons, target }
     }
 
+    /// Number of unknowns of one parity.
     pub fn size(&self) -> usize {
         self.coupling.mesh.panels.len() * PER_PANEL
     }
@@ -55,7 +56,7 @@ pub(crate) fn single(z: Complex64) -> Complex32 {
     Complex32::new(z.re as f32, z.im as f32)
 }
 
-/// A corner's block for the panels that the mesh holds: images are added with their sign.
+/// Folds a corner's block to the panels that the mesh holds: images are added with their sign.
 fn folded(mesh: &Mesh, corner: usize, block: &CMat, parity: f64, mirror: f64) -> CMat {
     let corner = &mesh.corners[corner];
     let held: Vec<usize> =

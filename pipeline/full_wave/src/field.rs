@@ -10,7 +10,7 @@ use crate::quadrature::{NODES, rule};
 use num_complex::Complex64;
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
-use std::f64::consts::{FRAC_2_PI, PI, TAU};
+use std::f64::consts::{FRAC_2_PI, TAU};
 
 /// Angles of the far field that are computed together.
 const ANGLES: usize = 64;
@@ -271,14 +271,6 @@ impl Field {
             }
         }
         bins
-    }
-
-    /// Power that leaves to all sides, over that of the source in the endless inner medium: with
-    /// no loss it is what the source emits, which nothing enforces.
-    pub fn radiated(&self) -> Vec<f64> {
-        let range = if self.mirror == 0.0 { PI } else { 0.5 * PI };
-        let sides = self.bins(&[-range, 0.0, range]);
-        sides[0].iter().zip(&sides[1]).map(|(left, right)| left + right).collect()
     }
 }
 

@@ -17,12 +17,13 @@
 //!
 //! ```
 //! use full_wave::{Body, Outline, Polarisation, Resolution};
+//! use std::f64::consts::{FRAC_PI_2, PI};
 //!
 //! // Half a cylinder of 2 µm on a mirror, and a source 0.8 µm above it.
-//! let outline = Outline::on_mirror([2.0, 0.0]).arc_to([-2.0, 0.0], std::f64::consts::PI);
+//! let outline = Outline::on_mirror([2.0, 0.0]).arc_to([-2.0, 0.0], PI);
 //! let body = Body::new(&outline, 0.55, [1.41, 1.0], Resolution::default())?;
 //! let field = body.solve(Polarisation::Te, &[[0.0, 0.8]])?;
-//! let (emitted, radiated) = (field.emitted()[0], field.radiated()[0]);
+//! let (emitted, radiated) = (field.emitted()[0], field.bins(&[-FRAC_PI_2, FRAC_PI_2])[0][0]);
 //! assert!((emitted - radiated).abs() < 1e-9 * emitted);
 //! # Ok::<(), full_wave::FullWaveError>(())
 //! ```

@@ -13,24 +13,24 @@ use faer::{Accum, MatMut, MatRef, Par};
 use num_complex::{Complex32, Complex64};
 use rayon::prelude::*;
 
-/// Columns of the dense matrix that are computed together.
+/// Columns of the dense matrix that are computed together, chosen.
 const COLUMNS_TOGETHER: usize = 64;
 
 /// A tile by itself, for light of one parity: with what it receives at its skeleton z, its equations
 /// are D x + L z = f and it sends y = C x.
 struct Own {
-    /// Of D, the equations of the tile alone.
+    /// Factors of D, the equations of the tile alone.
     factors: Factors,
-    /// C, corners included.
+    /// The matrix C, corners included.
     collect: SingleMat,
-    /// 1/D L.
+    /// The product 1/D L.
     spread: SingleMat,
-    /// C 1/D L.
+    /// The product C 1/D L, this tile's part of E.
     exchange: SingleMat,
 }
 
 impl Own {
-    /// For each parity.
+    /// Solves a tile by itself, once for each parity.
     fn all(system: &System, number: usize) -> Vec<Self> {
         let tile = &system.tiles[number];
         let sides = system.coupling.of_panels(&tile.panels, &tile.panels);
@@ -79,14 +79,14 @@ pub(crate) struct Reduced<'a> {
     /// First unknown of each tile among what is sent and received.
     sent: Vec<usize>,
     received: Vec<usize>,
-    /// S.
+    /// The kernels S, column by column.
     kernels: Vec<Complex32>,
-    /// Of 1 + E S.
+    /// Factors of 1 + E S.
     factors: Factors,
 }
 
 impl<'a> Reduced<'a> {
-    /// For each parity.
+    /// Reduces the equations of each parity.
     pub fn all(system: &System<'a>) -> Vec<Self> {
         let numbers = 0..system.tiles.len();
         let mut own: Vec<Vec<Own>> =
@@ -157,6 +157,7 @@ impl<'a> Reduced<'a> {
         all
     }
 
+    /// Solves for these right-hand sides f: the densities ρ', a column a source.
     pub fn solve(&self, right: &CMat) -> CMat {
         let count = right.ncols();
         let rows_of = |tile: &Tile| {

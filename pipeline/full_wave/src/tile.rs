@@ -21,9 +21,13 @@ use num_complex::Complex32;
 use pulp::Arch;
 use rayon::prelude::*;
 
-/// Random sums beyond the rank, and lanes that are computed together; sums are a multiple of both.
+/// Random sums beyond the rank, and lanes that are computed together, both chosen; sums are a multiple of
+/// both.
 const SPARE: usize = 32;
 const LANES: usize = 8;
+/// Free distance of two tiles, over their longest panel, from which sums over nodes stand for integrals over
+/// panels. Chosen.
+const FAR: f64 = 1.5;
 
 /// Panels that follow each other along the outline; no corner is cut.
 pub(crate) struct Tile {
@@ -34,9 +38,9 @@ pub(crate) struct Tile {
 
 /// Unknowns of a tile that stand for all.
 pub(crate) struct Skeleton {
-    /// Their places among the unknowns of the tile, in the order of pivots.
+    /// Places of the kept ones among the unknowns of the tile, in the order of pivots.
     pub kept: Vec<usize>,
-    /// Takes them to all: a row each, a column an unknown of the tile.
+    /// Matrix from the kept ones to all: a row each, a column an unknown of the tile.
     pub interpolation: SingleMat,
 }
 
@@ -92,12 +96,12 @@ impl Tile {
         self.panels.len() * PER_PANEL
     }
 
-    /// Its nodes, in the order of its unknowns.
+    /// Nodes, in the order of the unknowns.
     pub fn nodes(&self, mesh: &Mesh) -> Vec<Node> {
         self.panels.iter().flat_map(|&panel| mesh.panels[panel].nodes).collect()
     }
 
-    /// Free distance from another and its images.
+    /// Free distance from another tile and its images.
     fn gap(&self, other: &Self, mesh: &Mesh) -> f64 {
         let distance = |image: &Reflection| {
             let [x, z] = image.of(other.middle);
@@ -110,7 +114,7 @@ impl Tile {
     pub fn is_near(&self, other: &Self, mesh: &Mesh) -> bool {
         let panels = self.panels.iter().chain(&other.panels);
         let longest = panels.map(|&panel| mesh.panels[panel].length()).fold(0.0, f64::max);
-        self.gap(other, mesh) < 1.5 * longest
+        self.gap(other, mesh) < FAR * longest
     }
 }
 

@@ -303,6 +303,25 @@ fn nightly_tables_of_more_stacks_see_what_is_traced_film_by_film() {
     }
 }
 
+/// Light into a narrow cone that has been near the ends of films is read forwards, and all other as a sight:
+/// none twice, none never.
+#[test]
+fn light_near_ends_is_read_in_one_way() {
+    const FEW: u64 = 4;
+    let (plate, turned) = (small(PLATE), small(&prisms("", 10.0)));
+    let design = parsed("lambertian", &[LINE, &plate, &turned]);
+    let FilmTreatment::Table(stack) = treatment(&design) else { panic!("no table") };
+    assert!(stack.table(std::slice::from_ref(&design), &[]).expect("films").looks_back());
+    let mut traced = design.clone();
+    traced.trace.films = FilmTracing::Traced;
+    let [by_table, by_film] = [&design, &traced]
+        .map(|design| over_seeds(design, 12_800, FEW).remove("mean.axis").expect("light"));
+    let error = by_table.stated().hypot(by_film.stated()) / (FEW as f64).sqrt();
+    let (table, films) = (by_table.mean(), by_film.mean());
+    assert!(error < 0.1 * films, "{error} of {films}");
+    assert!((table - films).abs() < 4.0 * error, "{table} by table, {films} film by film, {error}");
+}
+
 /// What keeps a stack from a table is said.
 #[test]
 fn stacks_that_no_table_fits_are_traced_and_say_why() {

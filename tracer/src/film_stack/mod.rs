@@ -40,10 +40,8 @@ pub(crate) use walker::{BoundStack, Exits, StackWalker};
 use layers::Layers;
 
 use crate::checkpoint::CheckpointStore;
-use crate::path::Tracer;
 use crate::receiver::Sense;
 use crate::scene::Scene;
-use crate::source::Emission;
 
 /// What ends a stack of films along an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -113,23 +111,6 @@ pub struct TabulatedFilms<'a> {
     pub parts: Option<&'a dyn CheckpointStore>,
     /// True for cells of twice the width, from the same outcomes.
     pub widened: bool,
-}
-
-impl TabulatedFilms<'_> {
-    /// Has a tracer pass over the receivers that no ray of its scene reaches: they have their light from
-    /// outcomes alone.
-    pub(crate) fn relieve(&self, tracer: &mut Tracer<'_>) {
-        let mut sources = tracer.scene.sources.iter();
-        // Rays of files may begin between films.
-        let are_outside = !self.table.borders.contains(&StackBorder::Edge)
-            && !sources.any(|placed| matches!(placed.source.emission, Emission::Rays(_)));
-        if self.table.looks_back() {
-            tracer.receivers.look_back(self.table.viewers.iter().map(|viewer| viewer.receiver));
-        }
-        if are_outside {
-            tracer.receivers.leave_out(self.table.passages.iter().map(|passage| passage.receiver));
-        }
-    }
 }
 
 impl FilmTable {

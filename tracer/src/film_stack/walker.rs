@@ -19,6 +19,7 @@ use crate::ray::Ray;
 use crate::receiver::{PathHistory, Sense, Tally};
 use crate::scene::{FilmFaces, Location, Scene};
 use crate::settings::Settings;
+use crate::source::Emission;
 
 /// Distance of the ends of films from which light is traced film by film, mm.
 const TO_END_MM: f64 = 1e-3;
@@ -109,6 +110,22 @@ impl<'a> BoundStack<'a> {
             seed: settings.seed,
             offset: scenes[0].offset(),
         })
+    }
+
+    /// Has a tracer pass over the receivers that no ray of its scene reaches: they have their light from
+    /// outcomes alone.
+    pub fn relieve(&self, tracer: &mut Tracer<'_>) {
+        let table = self.films.table;
+        let mut sources = tracer.scene.sources.iter();
+        // Rays of files may begin between films.
+        let are_outside = !table.borders.contains(&StackBorder::Edge)
+            && !sources.any(|placed| matches!(placed.source.emission, Emission::Rays(_)));
+        if self.cone.looks_back {
+            tracer.receivers.look_back(table.viewers.iter().map(|viewer| viewer.receiver));
+        }
+        if are_outside {
+            tracer.receivers.leave_out(table.passages.iter().map(|passage| passage.receiver));
+        }
     }
 
     /// Number of cells of all wavelengths, sides and states of polarisation.

@@ -111,20 +111,20 @@ impl WavelengthRun<'_> {
         for scene in self.scenes {
             receivers.iter().try_for_each(|receiver| scene.admits(*receiver))?;
         }
+        let bound = control
+            .films
+            .map(|films| BoundStack::new(films, self.scenes, self.wavelengths_nm, settings));
+        let films = bound.transpose()?;
         let numbered = self.scenes.iter().enumerate();
         let tracers: Vec<Tracer<'_>> = numbered
             .map(|(number, scene)| {
                 let mut tracer = Tracer::new(scene, receivers, settings);
-                if let Some(films) = control.films {
+                if let Some(films) = &films {
                     films.relieve(&mut tracer);
                 }
                 tracer.at(self.wavelengths_nm, number)
             })
             .collect();
-        let bound = control
-            .films
-            .map(|films| BoundStack::new(films, self.scenes, self.wavelengths_nm, settings));
-        let films = bound.transpose()?;
         let like = || Tally::new(&tracers[0].receivers).totals;
         groups::resumed(settings, control, groups, self.channels.len(), like, |group| {
             let at = (settings.seed, group);

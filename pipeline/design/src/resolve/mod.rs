@@ -268,7 +268,7 @@ fn check_area(r: &schema::Receiver, packages: &Packages, at: &Context) -> Result
     Ok(())
 }
 
-/// What is recorded and how, and the numbers of tables and paths.
+/// Checks what is recorded and how, and the numbers of tables and paths.
 fn check_observation(
     raw: &schema::Design,
     r: &schema::Receiver,

@@ -26,7 +26,7 @@ const HEIGHT: u32 = 770;
 /// One of the pictures of [`seen`].
 #[derive(Clone, Copy, Debug)]
 pub struct SeenPicture<'a> {
-    /// Its name.
+    /// Name of the picture.
     pub name: &'a str,
     /// Columns and rows.
     pub size: [usize; 2],

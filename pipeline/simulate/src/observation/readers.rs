@@ -423,7 +423,7 @@ fn figures_of_sides() -> impl Iterator<Item = Definition> {
     FLUX_BINS.into_iter().filter_map(named)
 }
 
-/// Reads them.
+/// Reads the fluxes on a surface.
 struct SurfaceReader<'a> {
     number: usize,
     receiver: &'a CheckedReceiver,
