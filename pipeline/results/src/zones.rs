@@ -245,7 +245,8 @@ pub struct ColourEntry {
     /// Largest Δu'v' of it between cells of a twelfth of the panel's sides, or bins that are larger;
     /// null of a dark one.
     pub white_difference: Option<FigureEntry>,
-    /// Primaries and transfer of the picture: `BT.709, sRGB`; null of a panel without sub-pixels.
+    /// Primaries and transfer of the picture: `BT.709, sRGB` or `grey, linear`; null of a panel without
+    /// sub-pixels.
     pub picture: Option<String>,
     /// Luminance of the white of `panel_picture.png`, its largest level.
     pub exposure: Option<f64>,

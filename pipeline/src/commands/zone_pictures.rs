@@ -13,7 +13,7 @@ use experiment::checked_file::Texts;
 use formats::level_image::{ColourImage, LevelImage, png_of_rgb};
 use metrics::Estimate;
 use metrics::dimming::window;
-use metrics::gamut::{D65, Primaries};
+use metrics::gamut::D65;
 use metrics::quantity::Unit;
 use metrics::transfer::Transfer;
 use results::figure_entry::FigureEntry;
@@ -27,7 +27,7 @@ use zones::colour_estimates::ColourEstimate;
 use zones::full_drive::{Channels, FullDrive};
 use zones::levels::{Needs, check_size, from_picture, power_share};
 use zones::pattern_colours::PatternColours;
-use zones::picture::{PictureLight, check_white, painted};
+use zones::picture::{Law, PictureLight, check_white, painted};
 use zones::{Array, Dimmed, Pattern, PatternPicture, ZonedDesign};
 
 use super::zone_inputs::{Drives, check_lit, colour_space, colours, drives, grey_light, pictures};
@@ -45,13 +45,24 @@ const WINDOW: f64 = 0.1;
 enum Picture {
     /// Levels as light, and the transfer of their file.
     Grey(LevelImage, Transfer),
-    /// Colours with their primaries and transfer.
-    Colours(ColourImage, (Primaries, Transfer)),
+    /// Colours or grey on sub-pixels.
+    Colours(ColourImage, Law),
 }
 
-/// Primaries and transfer for people.
-fn space_name((primaries, transfer): (Primaries, Transfer)) -> String {
-    format!("{}, {}", primaries.name, transfer_name(transfer))
+impl Picture {
+    /// Columns and rows, and how levels stand for light.
+    fn size_and_law(&self) -> ([usize; 2], Law) {
+        match self {
+            Self::Grey(image, transfer) => ([image.columns, image.rows], (None, *transfer)),
+            Self::Colours(image, law) => ([image.columns, image.rows], *law),
+        }
+    }
+}
+
+/// A law for people.
+fn law_name((primaries, transfer): Law) -> String {
+    let primaries = primaries.map_or("grey", |primaries| primaries.name);
+    format!("{primaries}, {}", transfer_name(transfer))
 }
 
 /// Patterns and pictures of a command, checked.
@@ -81,7 +92,7 @@ pub struct Frame {
     /// Drives by channel.
     pub drives: Vec<Vec<f64>>,
     needs: Option<Needs>,
-    colour_space: Option<(Primaries, Transfer)>,
+    law: Option<Law>,
     /// Power over that of full white.
     pub power_share: f64,
     /// What the panel shows, as PNG.
@@ -159,26 +170,27 @@ impl<'a> Pictures<'a> {
         }
         // All are read before anything is traced or written.
         let mut size = None;
-        let mut space = None;
+        let mut law_of_all = None;
         let mut only = None;
         for (number, path) in command.files.iter().enumerate() {
             let (picture, record) = command.picture(path, number > 0)?;
-            let (pixels, law, advice) = match &picture {
-                Picture::Grey(image, transfer) => {
-                    ([image.columns, image.rows], transfer_name(*transfer), "")
-                }
-                Picture::Colours(image, space) => (
-                    [image.columns, image.rows],
-                    space_name(*space),
-                    "; --gamut and --transfer state those of all",
-                ),
-            };
-            let expected = space.get_or_insert_with(|| law.clone());
+            let (pixels, law) = picture.size_and_law();
+            let expected = law_of_all.get_or_insert(law);
+            // Grey goes with all primaries.
+            let is_same = expected.0.zip(law.0).is_none_or(|(a, b)| a == b);
             ensure!(
-                *expected == law,
-                "`{}`: colour space: expected {expected} as in the first picture, got {law}{advice}",
-                record.file
+                is_same && expected.1 == law.1,
+                "`{}`: colour space: expected {} as in the first picture, got {}{}",
+                record.file,
+                law_name(*expected),
+                law_name(law),
+                if command.has_sub_pixels() {
+                    "; --gamut and --transfer state those of all"
+                } else {
+                    ""
+                }
             );
+            expected.0 = expected.0.or(law.0);
             let [columns, rows] = *size.get_or_insert(pixels);
             ensure!(
                 pixels == [columns, rows],
@@ -227,18 +239,18 @@ impl<'a> Pictures<'a> {
 
     fn coloured(&self, image: ColourImage, file: &str) -> Result<Picture> {
         let stated = (self.arguments.gamut, self.arguments.transfer);
-        let space = colour_space(&image, file, stated)?;
-        let is_within = match (self.arguments.white, &self.emitted) {
-            (Some(white), _) => check_white(&space.0, white),
-            (None, Some(emitted)) => emitted.check_emitted_white(&space.0),
-            (None, None) => Ok(()),
+        let (primaries, transfer) = colour_space(&image, file, stated)?;
+        let is_within = match (&primaries, self.arguments.white, &self.emitted) {
+            (Some(primaries), Some(white), _) => check_white(primaries, white),
+            (Some(primaries), None, Some(emitted)) => emitted.check_emitted_white(primaries),
+            _ => Ok(()),
         };
         is_within.with_context(|| format!("`{file}`"))?;
         ensure!(
-            space.1.peak_cd_m2().is_none() || self.is_absolute(),
+            transfer.peak_cd_m2().is_none() || self.is_absolute(),
             "`{file}`: --transfer: expected srgb, linear or gamma=G where levels are not in cd/m², got pq; a luminance --receiver and led.power_w make them so"
         );
-        Ok(Picture::Colours(image, space))
+        Ok(Picture::Colours(image, (primaries, transfer)))
     }
 
     /// The picture of a file, or the pattern as one.
@@ -276,12 +288,11 @@ impl<'a> Pictures<'a> {
         context: RunContext,
     ) -> Result<Frame> {
         let picture = self.picture_of(path)?;
-        let (light, space) = match &picture {
+        let (light, law) = match &picture {
             Picture::Grey(image, _) => (PictureLight::grey(image), None),
-            Picture::Colours(image, space) => {
+            Picture::Colours(image, law) => {
                 let white = full.map_or(D65, FullDrive::white_xy);
-                let light = PictureLight::new(image, (&space.0, space.1), white)?;
-                (light, Some(*space))
+                (PictureLight::new(image, *law, white)?, Some(*law))
             }
         };
         let powers = self.powers(full.map(|full| &full.channel_levels[..]));
@@ -291,17 +302,15 @@ impl<'a> Pictures<'a> {
         } else {
             let rule = self.arguments.levels;
             let rule = rule.context("--levels: expected a rule or a pattern, got neither")?;
-            let of_pixels = match (full, space) {
-                (Some(full), Some((primaries, transfer))) => {
-                    full.needs(&primaries, transfer, &self.design.channels())?
-                }
+            let of_pixels = match (full, law) {
+                (Some(full), Some(law)) => full.needs(law, &self.design.channels())?,
                 _ => Needs::GREY,
             };
             needs = Some(of_pixels);
             let limit = self.arguments.power_limit;
             from_picture(&light, self.zoned.zones, (rule, of_pixels), (&powers, limit))
         };
-        let on_panel = match (full, space) {
+        let on_panel = match (full, law) {
             (Some(full), Some((_, transfer))) => full.show(&light, transfer),
             _ => None,
         };
@@ -330,7 +339,7 @@ impl<'a> Pictures<'a> {
             _ => None,
         };
         let power_share = power_share(&drives, &powers);
-        Ok(Frame { dimmed, needs, colour_space: space, power_share, painted, drives })
+        Ok(Frame { dimmed, needs, law, power_share, painted, drives })
     }
 
     /// Light that each channel emits at its level of full drive.
@@ -450,7 +459,7 @@ impl<'a> Pictures<'a> {
             channels: channels.collect(),
             exposure: frame.painted.as_ref().map(|_| white.luminance.value),
             white,
-            picture: frame.colour_space.map(space_name),
+            picture: frame.law.map(law_name),
             gamut: full
                 .gamut()
                 .into_iter()
