@@ -157,6 +157,20 @@ fn channels_have_the_colours_of_their_spectra_behind_the_filters() {
             assert!((got - expected).abs() < 2e-5, "{name}: {got} {expected}");
         }
     }
+    // White is the sum of the channels.
+    let colours = found["colour"]["channels"].as_array().expect("channels").iter();
+    let colours = colours.map(|channel| &channel["light"]).chain([&found["colour"]["white"]]);
+    let mut lights: Vec<[f64; 3]> = colours
+        .map(|light| {
+            let [x, y] = [0, 1].map(|k| value(&light["xy"][k]));
+            [x / y, 1.0, (1.0 - x - y) / y].map(|v| v * value(&light["luminance"]))
+        })
+        .collect();
+    let white = lights.pop().expect("white");
+    for k in 0..3 {
+        let sum: f64 = lights.iter().map(|light| light[k]).sum();
+        assert!((sum - white[k]).abs() < 1e-9 * white[k], "{sum} {white:?}");
+    }
     let gamut = found["colour"]["gamut"].as_array().expect("standards");
     assert_eq!(gamut.len(), 3);
     assert!(gamut.iter().all(|of| value(&of["xy"][1]) > 0.3 && value(&of["xy"][1]) <= 1.0));
@@ -338,6 +352,16 @@ fn a_film_is_a_row_for_each_picture() {
     let [of_film, by_itself] = ["film/film/2.png", "alone/panel_picture.png"]
         .map(|file| std::fs::read(at.join(file)).expect("a picture"));
     assert!(of_film == by_itself);
+    let page = |folder: &str| {
+        batwing(at).args(["report", folder, "--out", "page.html"]).assert().success();
+        read(at.join("page.html"))
+    };
+    let [film, single] = ["film", "alone"].map(page);
+    for word in
+        ["id=\"film\"", "1: 1.png</figcaption>", "2: 2.png</figcaption>", ">Power share (%)<"]
+    {
+        assert!(film.contains(word) && !single.contains(word), "{word}");
+    }
 }
 
 /// Pictures of an earlier, longer film do not lie beside those of a later one.

@@ -499,6 +499,24 @@ mod tests {
         assert!((black.value - itp::difference(leak, [0.0; 3])).abs() < 1e-9 * black.value);
     }
 
+    /// Primaries of a standard, each shown by one channel through one sub-pixel, cover it whole.
+    #[test]
+    fn a_panel_of_a_standards_primaries_has_its_gamut() {
+        for standard in STANDARDS {
+            let mut exact = full([0.0; 3]);
+            for (part, xy) in exact.parts.iter_mut().zip(standard.xy) {
+                part.behind = vec![[0.0; 3]; 3];
+                part.behind[part.channel] = chromaticity::xyz_of_xy(xy);
+            }
+            exact.closed = Some([0.0; 3]);
+            let gamut = exact.gamut();
+            let own = gamut.iter().find(|of| of.standard == standard.name).expect("listed");
+            for share in own.shares.iter().flatten() {
+                assert!((share.value - 1.0).abs() < 1e-9, "{}: {share:?}", standard.name);
+            }
+        }
+    }
+
     #[test]
     fn dark_channels_and_whites_beyond_the_picture_are_named() {
         let mut dark = full([0.0; 3]);
