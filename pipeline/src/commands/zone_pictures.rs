@@ -122,8 +122,8 @@ impl<'a> Pictures<'a> {
             !(arguments.direct && zoned.has_colours()),
             "--direct: expected none with channels or [panel] sub_pixels"
         );
-        let of_panel = design.panel.as_ref();
-        let has_sub_pixels = of_panel.is_some_and(|panel| !panel.sub_pixels.is_empty());
+        let panel = design.panel.as_ref();
+        let has_sub_pixels = panel.is_some_and(|panel| !panel.sub_pixels.is_empty());
         for (option, is_stated) in
             [("--transfer", arguments.transfer.is_some()), ("--gamut", arguments.gamut.is_some())]
         {
@@ -144,9 +144,8 @@ impl<'a> Pictures<'a> {
         let files = arguments.picture.as_deref().map(pictures).transpose()?.unwrap_or_default();
         let has_picture = !files.is_empty() || drives.as_ref().is_some_and(|d| d.grey.is_some());
         ensure!(has_picture, "--picture: expected one beside a pattern for each channel, got none");
-        let of_panel = of_panel.map(|panel| panel.contrast);
         let mut command = Self {
-            contrast: arguments.contrast.or(of_panel).unwrap_or(CONTRAST),
+            contrast: arguments.contrast.or(panel.map(|panel| panel.contrast)).unwrap_or(CONTRAST),
             inputs: design.provenance.inputs(),
             arguments,
             texts,
@@ -302,13 +301,13 @@ impl<'a> Pictures<'a> {
         } else {
             let rule = self.arguments.levels;
             let rule = rule.context("--levels: expected a rule or a pattern, got neither")?;
-            let of_pixels = match (full, law) {
+            let pixel_needs = match (full, law) {
                 (Some(full), Some(law)) => full.needs(law, &self.design.channels())?,
                 _ => Needs::GREY,
             };
-            needs = Some(of_pixels);
+            needs = Some(pixel_needs);
             let limit = self.arguments.power_limit;
-            from_picture(&light, self.zoned.zones, (rule, of_pixels), (&powers, limit))
+            from_picture(&light, self.zoned.zones, (rule, pixel_needs), (&powers, limit))
         };
         let on_panel = match (full, law) {
             (Some(full), Some((_, transfer))) => full.show(&light, transfer),
@@ -343,22 +342,22 @@ impl<'a> Pictures<'a> {
     }
 
     /// Light that each channel emits at its level of full drive.
-    fn powers(&self, levels: Option<&[f64]>) -> Vec<f64> {
+    fn powers(&self, channel_levels: Option<&[f64]>) -> Vec<f64> {
         let mut powers = vec![0.0; self.design.channels().len()];
         for light in &self.design.colour_lights().lights {
             powers[self.design.channel_of(light)] += light.emitted_w;
         }
-        let levels = levels.unwrap_or(&[1.0]).iter();
-        powers.iter_mut().zip(levels).for_each(|(power, level)| *power *= level);
+        let channel_levels = channel_levels.unwrap_or(&[1.0]).iter();
+        powers.iter_mut().zip(channel_levels).for_each(|(power, level)| *power *= level);
         powers
     }
 
     /// Electrical power of all packages at this share of full white, W.
-    fn power_w(&self, share: f64, levels: &[f64]) -> Option<f64> {
-        let of_package = self.design.emitted?.electrical_w?;
+    fn power_w(&self, share: f64, channel_levels: &[f64]) -> Option<f64> {
+        let package_w = self.design.emitted?.electrical_w?;
         let sum = |levels: &[f64]| self.powers(Some(levels)).iter().sum::<f64>();
-        let (all, white) = (sum(&vec![1.0; levels.len()]), sum(levels));
-        Some(of_package * self.zoned.places.count() as f64 * share * white / all)
+        let (all, white) = (sum(&vec![1.0; channel_levels.len()]), sum(channel_levels));
+        Some(package_w * self.zoned.places.count() as f64 * share * white / all)
     }
 
     /// A window, a single zone and a checkerboard of zones on the panel.
@@ -372,9 +371,9 @@ impl<'a> Pictures<'a> {
         cache: &Cache,
         context: RunContext,
     ) -> Result<TestPatterns> {
-        let (levels, beyond) = (&full.channel_levels, full.beyond_light());
+        let (channel_levels, beyond) = (&full.channel_levels, full.beyond_light());
         let [columns, rows] = self.zoned.zones;
-        let of_zones = |is_white: &dyn Fn(usize, usize) -> bool| {
+        let image_of_zones = |is_white: &dyn Fn(usize, usize) -> bool| {
             let level = |k: usize| f64::from(is_white(k % columns, k / columns));
             LevelImage { columns, rows, levels: (0..columns * rows).map(level).collect() }
         };
@@ -384,12 +383,12 @@ impl<'a> Pictures<'a> {
             LevelImage { columns, rows, levels }
         };
         let lit = window(columns, rows);
-        let lit = of_zones(&|i, j| lit.levels[j * columns + i] > 0.0);
-        let zone = of_zones(&|i, j| [i, j] == [columns / 2, rows / 2]);
-        let board = of_zones(&|i, j| (i + j) % 2 == 0);
+        let lit = image_of_zones(&|i, j| lit.levels[j * columns + i] > 0.0);
+        let zone = image_of_zones(&|i, j| [i, j] == [columns / 2, rows / 2]);
+        let board = image_of_zones(&|i, j| (i + j) % 2 == 0);
         let shown = |picture: &LevelImage, lit: &LevelImage| -> Result<Dimmed> {
             context.interrupt.check()?;
-            let drives = vec![lit.levels.clone(); levels.len()];
+            let drives = vec![lit.levels.clone(); channel_levels.len()];
             let light = PictureLight::greys(picture, full.white_xy());
             let on_panel = full.show(&light, Transfer::Linear);
             let grey = PatternPicture::Grey(picture, self.contrast);
@@ -401,19 +400,20 @@ impl<'a> Pictures<'a> {
             };
             self.zoned.dim(array, pattern, false, cache, context)
         };
-        let powers = self.powers(Some(levels));
-        let of = |picture: &LevelImage, lit: &LevelImage| -> Result<LitPattern> {
-            let share = power_share(&vec![lit.levels.clone(); levels.len()], &powers);
+        let powers = self.powers(Some(channel_levels));
+        let lit_pattern = |picture: &LevelImage, lit: &LevelImage| -> Result<LitPattern> {
+            let drives = vec![lit.levels.clone(); channel_levels.len()];
+            let share = power_share(&drives, &powers);
             let halo = shown(picture, lit)?.halo;
             Ok(LitPattern {
                 luminance: halo.map(|[_, bright, _]| FigureEntry::new(bright)),
                 power_share: share,
-                power_w: self.power_w(share, levels),
+                power_w: self.power_w(share, channel_levels),
             })
         };
         Ok(TestPatterns {
-            window: of(&window(across, along), &lit)?,
-            zone: of(&zone, &zone)?,
+            window: lit_pattern(&window(across, along), &lit)?,
+            zone: lit_pattern(&zone, &zone)?,
             checkerboard: shown(&board, &board)?.halo.map(|[.., ratio]| FigureEntry::new(ratio)),
         })
     }
@@ -437,24 +437,24 @@ impl<'a> Pictures<'a> {
         full: &FullDrive,
         (frame, test_patterns): (&Frame, Option<TestPatterns>),
     ) -> ColourEntry {
-        let (entry, levels) = (FigureEntry::new, &full.channel_levels);
-        let of_light = |of: ColourEstimate| {
-            let both = of.chromaticity.map(|all| all.map(entry));
-            let (xy, uv) = (both.map(|[x, y, ..]| [x, y]), both.map(|[.., u, v]| [u, v]));
-            let [cct, duv] = [0, 1].map(|k| of.temperature.map(|both| entry(both[k])));
-            ColourOfLight { xy, uv, cct, duv, luminance: entry(of.luminance) }
+        let (entry, channel_levels) = (FigureEntry::new, &full.channel_levels);
+        let light_entry = |light: ColourEstimate| {
+            let places = light.chromaticity.map(|places| places.map(entry));
+            let (xy, uv) = (places.map(|[x, y, ..]| [x, y]), places.map(|[.., u, v]| [u, v]));
+            let [cct, duv] = [0, 1].map(|k| light.temperature.map(|both| entry(both[k])));
+            ColourOfLight { xy, uv, cct, duv, luminance: entry(light.luminance) }
         };
-        let channels = self.design.channels().into_iter().zip(levels).enumerate();
+        let channels = self.design.channels().into_iter().zip(channel_levels).enumerate();
         let channels = channels.map(|(number, (name, level))| ChannelEntry {
             name: name.to_owned(),
             level: *level,
-            light: of_light(full.channel_figures(number)),
+            light: light_entry(full.channel_figures(number)),
         });
         let colours = frame.dimmed.colours.as_ref();
         let figure = |read: fn(&PatternColours) -> Option<Estimate>| {
-            colours.and_then(read).map(|of| entry(of).in_range(Unit::Fraction))
+            colours.and_then(read).map(|figure| entry(figure).in_range(Unit::Fraction))
         };
-        let white = of_light(full.white_figures());
+        let white = light_entry(full.white_figures());
         ColourEntry {
             channels: channels.collect(),
             exposure: frame.painted.as_ref().map(|_| white.luminance.value),
@@ -463,10 +463,10 @@ impl<'a> Pictures<'a> {
             gamut: full
                 .gamut()
                 .into_iter()
-                .map(|of| GamutEntry {
-                    standard: of.standard.to_owned(),
-                    xy: of.shares[0].map(entry),
-                    uv: of.shares[1].map(entry),
+                .map(|gamut| GamutEntry {
+                    standard: gamut.standard.to_owned(),
+                    xy: gamut.shares[0].map(entry),
+                    uv: gamut.shares[1].map(entry),
                 })
                 .collect(),
             levels: frame.needs.zip(self.arguments.levels).map(|(needs, rule)| LevelsEntry {
@@ -476,7 +476,7 @@ impl<'a> Pictures<'a> {
                 power_limit: self.arguments.power_limit,
             }),
             power_share: frame.power_share,
-            power_w: self.power_w(frame.power_share, levels),
+            power_w: self.power_w(frame.power_share, channel_levels),
             missing: figure(|colours| colours.missing),
             leaking: figure(|colours| colours.leaking),
             white_difference: full.white_difference().map(entry),
