@@ -83,10 +83,10 @@ fn picture_of_map(
     axes: [&Axis; 2],
     colours: &[Grouped; 3],
     leds: &[LedOutline],
-) -> Result<Option<Picture>> {
+) -> Option<Picture> {
     let bins = axes.map(Axis::bins);
     let map = ColourMap::new(colours, bins, &vec![1.0; bins[0] * bins[1]]);
-    map.map(|map| colour_map(heading, axes, &map, leds)).transpose()
+    map.map(|map| colour_map(heading, axes, &map, leds))
 }
 
 /// Writes that picture.
@@ -97,7 +97,7 @@ pub(super) fn draw_map(
     colours: &[Grouped; 3],
     leds: &[LedOutline],
 ) -> Result<Option<()>> {
-    let picture = picture_of_map(heading, axes, colours, leds)?;
+    let picture = picture_of_map(heading, axes, colours, leds);
     picture.map(|picture| write_bytes(path, &picture.png()?)).transpose()
 }
 
@@ -166,7 +166,7 @@ impl ModelFiles<'_> {
         let title = format!("Colours at z = {} mm", self.design.receiver.plane_height_mm);
         let (heading, map) = (self.heading(&title), self.map()?);
         let axes = [map.columns(), map.rows()];
-        picture_of_map(&heading, axes, &colours.illuminance, &self.led_outlines())
+        Ok(picture_of_map(&heading, axes, &colours.illuminance, &self.led_outlines()))
     }
 }
 
