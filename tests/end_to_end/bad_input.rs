@@ -473,9 +473,9 @@ const COMMANDS: &[(&str, &[&str])] = &[
         ],
     ),
     (
-        "zones rgb.toml --pattern full.csv --white 0.2,0.33",
+        "zones rgb.toml --pattern full.csv --picture frames/1.png --white 0.2,0.33",
         &[
-            "`full.csv`: --gamut: expected primaries about the white of the panel, 0.2000,0.3300, got BT.709",
+            "1.png`: --gamut: expected primaries about the white of the panel, 0.2000,0.3300, got BT.709",
         ],
     ),
     (
@@ -487,9 +487,7 @@ const COMMANDS: &[(&str, &[&str])] = &[
     ),
     (
         "zones rgb.toml --pattern full.csv --picture laws",
-        &[
-            "2.png`: colour space: expected BT.709, linear as in the first picture, got BT.709, sRGB",
-        ],
+        &["2.png`: colour space: expected grey, linear as in the first picture, got BT.709, sRGB"],
     ),
     (
         "zones boxed.toml --pattern drives.csv --picture linear-gamma.png",
@@ -498,9 +496,16 @@ const COMMANDS: &[(&str, &[&str])] = &[
         ],
     ),
     (
-        "zones red.toml --pattern full.csv --paths 1000000000",
+        "zones rgb.toml --pattern full.csv --picture linear-gamma.png",
         &[
-            "`full.csv`: --gamut: expected primaries about the white of the panel,",
+            "`linear-gamma.png`: colour space: expected sRGB, or cICP of full range, got gAMA",
+            "; --transfer states it",
+        ],
+    ),
+    (
+        "zones red.toml --pattern full.csv --picture frames/1.png --paths 1000000000",
+        &[
+            "1.png`: --gamut: expected primaries about the white of the panel,",
             "got BT.709; --white states another white",
         ],
     ),

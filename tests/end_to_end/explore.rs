@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 use tempfile::TempDir;
 
 use crate::support::binary::{self, batwing};
+use crate::zone_colours::coloured;
 
 /// A running `batwing explore` on a design of its own folder.
 struct Live {
@@ -182,6 +183,27 @@ fn figures_are_those_of_a_run_to_the_bit() {
     let pictures = frame["pictures"].as_array().expect("pictures").iter();
     let ids: Vec<&str> = pictures.filter_map(|picture| picture["id"].as_str()).collect();
     assert_eq!(ids, ["package", "map", "map_log", "cross_section", "far_field", "far_field_polar"]);
+    assert!(live.ends());
+}
+
+/// The power of a source is the level of its channel: the colour of the plane follows it.
+#[test]
+fn powers_of_channels_turn_the_colour_of_the_plane() {
+    let live = Live::start(&coloured().replace("paths = 40_000", "paths = 8192"));
+    let _page = live.look();
+    let u_prime = |frame: &Value| -> f64 {
+        let mut figures = frame["figures"].as_array().expect("figures").iter();
+        let figure = figures.find(|figure| figure["key"] == "plane_u_prime").expect("a colour");
+        figure["value"].as_f64().expect("a number")
+    };
+    let before = live.last_frame();
+    let mut pictures = before["pictures"].as_array().expect("pictures").iter();
+    assert!(pictures.any(|picture| picture["id"] == "map_colours"));
+    let (status, _) = live.post("set", &json!({"path": "sources[1].power", "value": 4.0}));
+    assert_eq!(status, 200);
+    let after = live.last_frame();
+    let [before, after] = [&before, &after].map(u_prime);
+    assert!(after > before + 0.02, "{before} {after}");
     assert!(live.ends());
 }
 

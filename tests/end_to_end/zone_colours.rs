@@ -9,6 +9,8 @@ use tempfile::{TempDir, tempdir};
 use arrays::npy;
 use batwing_tests::{read, workspace};
 use formats::level_image::{ColourImage, png_of_rgb};
+use metrics::gamut::BT709;
+use metrics::transfer::Transfer;
 use metrics::{chromaticity, colour_matching};
 
 use crate::support::binary::batwing;
@@ -154,6 +156,20 @@ fn channels_have_the_colours_of_their_spectra_behind_the_filters() {
             let got = value(&channel["light"]["xy"][axis]);
             assert!((got - expected).abs() < 2e-5, "{name}: {got} {expected}");
         }
+    }
+    // White is the sum of the channels.
+    let colours = found["colour"]["channels"].as_array().expect("channels").iter();
+    let colours = colours.map(|channel| &channel["light"]).chain([&found["colour"]["white"]]);
+    let mut lights: Vec<[f64; 3]> = colours
+        .map(|light| {
+            let [x, y] = [0, 1].map(|k| value(&light["xy"][k]));
+            [x / y, 1.0, (1.0 - x - y) / y].map(|v| v * value(&light["luminance"]))
+        })
+        .collect();
+    let white = lights.pop().expect("white");
+    for k in 0..3 {
+        let sum: f64 = lights.iter().map(|light| light[k]).sum();
+        assert!((sum - white[k]).abs() < 1e-9 * white[k], "{sum} {white:?}");
     }
     let gamut = found["colour"]["gamut"].as_array().expect("standards");
     assert_eq!(gamut.len(), 3);
@@ -336,6 +352,16 @@ fn a_film_is_a_row_for_each_picture() {
     let [of_film, by_itself] = ["film/film/2.png", "alone/panel_picture.png"]
         .map(|file| std::fs::read(at.join(file)).expect("a picture"));
     assert!(of_film == by_itself);
+    let page = |folder: &str| {
+        batwing(at).args(["report", folder, "--out", "page.html"]).assert().success();
+        read(at.join("page.html"))
+    };
+    let [film, single] = ["film", "alone"].map(page);
+    for word in
+        ["id=\"film\"", "1: 1.png</figcaption>", "2: 2.png</figcaption>", ">Power share (%)<"]
+    {
+        assert!(film.contains(word) && !single.contains(word), "{word}");
+    }
 }
 
 /// Pictures of an earlier, longer film do not lie beside those of a later one.
@@ -408,6 +434,55 @@ fn grey_pictures_are_what_they_state() {
         assert!((srgb / light - 1.0).abs() < 0.01, "{design}: {srgb} {light}");
         assert!(plain > 1.2 * srgb, "{design}: {plain} {srgb}");
     }
+}
+
+/// Grey needs no primaries: green and blue, whose white lies outside BT.709, show shares of it.
+#[test]
+fn grey_pictures_are_shares_of_a_white_outside_the_primaries() {
+    let folder = folder();
+    let at = folder.path();
+    let text = coloured();
+    let dies: Vec<&str> = text.split("[[sources]]").collect();
+    std::fs::write(at.join("rgb.toml"), [dies[0], dies[2], dies[3]].join("[[sources]]"))
+        .expect("written");
+    let grey = [0.2, 0.4, 0.6, 0.3, 0.5, 0.1, 0.4, 0.25, 0.6];
+    let rows = grey.chunks(3).map(|row| format!("{},{},{}\n", row[0], row[1], row[2]));
+    std::fs::write(at.join("grey.csv"), rows.collect::<String>()).expect("written");
+    let found = zones(at, "--pattern full.csv --picture grey.csv", "shown");
+    let colour = &found["colour"];
+    let white = [0, 1].map(|k| value(&colour["white"]["xy"][k]));
+    assert!(!BT709.hold(white), "{white:?}");
+    assert_eq!(colour["picture"], "grey, linear");
+    // Two dies make nearly one line of colours, from which noise may move a bin.
+    for key in ["missing", "leaking"] {
+        assert!(value(&colour[key]) < 5e-3, "{key}: {colour}");
+    }
+    let panel = xyz(at, "shown/panel_xyz.npy");
+    let [x, y, z] = [0, 1, 2].map(|k| &panel[k * panel.len() / 3..][..panel.len() / 3]);
+    for (k, (x, (y, z))) in x.iter().zip(y.iter().zip(z)).enumerate() {
+        let sum = x + y + z;
+        let is_white = (x / sum - white[0]).abs() < 5e-3 && (y / sum - white[1]).abs() < 5e-3;
+        assert!(is_white, "bin {k}: {x} {y} {z}");
+    }
+    let (image, _) = ColourImage::read(&at.join("shown/panel_picture.png")).expect("a picture");
+    for (shown, light) in image.levels.iter().zip(grey.chunks(3).rev().flatten()) {
+        let expected = (255.0 * Transfer::Srgb.level(*light)).round() as i32;
+        assert!(shown.iter().all(|level| (i32::from(level / 257) - expected).abs() <= 3));
+    }
+    // Zones of a pixel each need its level in both channels.
+    let found = zones(at, "--picture grey.csv --levels mean", "levels");
+    assert!(found["colour"]["levels"]["matrix"].is_array());
+    for name in ["drive_green", "drive_blue"] {
+        let drives = column(at, "levels", name);
+        let is_near = |(drive, grey): (&f64, &f64)| (drive - grey).abs() < 1e-5;
+        assert!(drives.iter().zip(&grey).all(is_near), "{name}: {drives:?}");
+    }
+    // Control: the same in colours is held to their primaries.
+    write_png(&at.join("rgb.png"), 3, &[90; 27]);
+    let line = "zones rgb.toml --pattern full.csv --picture rgb.png --receiver front --out refused";
+    let said = batwing(at).args(line.split_whitespace()).assert().failure();
+    let said = String::from_utf8_lossy(&said.get_output().stderr).into_owned();
+    assert!(said.contains("`rgb.png`: --gamut: expected primaries about the white"), "{said}");
 }
 
 /// Another filter needs no other response.

@@ -90,6 +90,7 @@ pub fn fields(text: &str, folder: &Path) -> (Vec<Json>, Vec<Json>) {
     let mut found = Found { schema, folder, fields: Vec::new(), curves: Vec::new() };
     found.table(&table, "");
     found.defaults(&table);
+    found.channels(&table);
     // Rings of many shapes are drawn.
     let are_drawn = |curve: &Json| curve["path"].as_str().is_some_and(|p| p.starts_with(SHAPES));
     if found.curves.iter().any(are_drawn) {
@@ -198,6 +199,21 @@ impl Found<'_> {
             "high": high,
             "pinned": written && FIRST.contains(&&*of_any_entry(path)),
         }));
+    }
+
+    /// Powers of sources that state a channel are its level: they have a slider from the start, named
+    /// after it.
+    fn channels(&mut self, written: &toml::Table) {
+        let sources = written.get("sources").and_then(Value::as_array);
+        for (number, source) in sources.into_iter().flatten().enumerate() {
+            let Some(channel) = source.get("channel").and_then(Value::as_str) else { continue };
+            let path = format!("sources[{}].power", number + 1);
+            for field in self.fields.iter_mut().filter(|field| field["path"] == path.as_str()) {
+                field["label"] = format!("power, {channel}").into();
+                field["pinned"] = true.into();
+                field["low"] = field["value"].as_f64().map_or(0.0, |value| 0.01 * value).into();
+            }
+        }
     }
 
     /// Numbers that the file leaves to their defaults, in tables that it has or every design.
@@ -309,6 +325,17 @@ mod tests {
         let dome = ["dome.height_mm", "dome.sphere_radius_mm", "dome.width_mm"];
         let [pitch, width, index] = ["array.pitch_mm", "elements.width_um", "silicone.index"];
         assert_eq!(pinned, [&[pitch][..], &dome, &[width, index]].concat());
+    }
+
+    #[test]
+    fn powers_of_channels_have_sliders_from_the_start() {
+        let text = "[[sources]]\nchannel = \"red\"\npower = 2.0\n[[sources]]\npower = 1.0\n";
+        let (fields, _) = fields(text, Path::new(""));
+        let of = |path: &str| fields.iter().find(|field| field["path"] == path).expect(path);
+        let [red, other] = ["sources[1].power", "sources[2].power"].map(of);
+        assert_eq!((&red["label"], &red["pinned"]), (&json!("power, red"), &json!(true)));
+        assert_eq!((&red["low"], &red["high"]), (&json!(0.02), &json!(4.0)));
+        assert_eq!((&other["label"], &other["pinned"]), (&json!("power"), &json!(false)));
     }
 
     #[test]

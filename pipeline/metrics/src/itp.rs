@@ -69,6 +69,54 @@ mod tests {
         }
     }
 
+    /// Measured against wanted colours of a display in I, C_T and C_P, in the tests of colour-science for
+    /// BT.2124; here by way of their X, Y and Z.
+    #[test]
+    fn differences_are_those_of_the_test_data_of_bt_2124() {
+        let of_cones =
+            [[2048.0, 2048.0, 0.0], [6610.0, -13_613.0, 7003.0], [17_933.0, -17_390.0, -543.0]];
+        let to_cones = inverse(&of_cones.map(|row| row.map(|v: f64| v / 4096.0))).expect("regular");
+        let to_xyz = inverse(&TO_CONES).expect("regular");
+        let xyz = |ictcp: [f64; 3]| {
+            apply(&to_xyz, apply(&to_cones, ictcp).map(|level| Transfer::Pq.light(level)))
+        };
+        for (wanted, measured, expected) in [
+            (
+                [0.488_546_807_2, -0.047_393_506_75, 0.074_754_013_02],
+                [0.489_920_323_1, -0.045_675_082_03, 0.073_613_417_75],
+                1.426_572_247,
+            ),
+            (
+                [0.753_843_872_7, 0.0, 0.0],
+                [0.753_891_224_4, 0.001_930_922_514, -0.000_359_995_595_1],
+                0.742_666_805_5,
+            ),
+            (
+                [0.159_617_906_1, 0.0, 0.0],
+                [0.160_357_515_2, 0.028_814_448_89, -0.009_908_665_843],
+                12.600_962_64,
+            ),
+            (
+                [0.596_565_033_1, -0.208_321_048_2, 0.369_972_971_6],
+                [0.596_263_079, -0.162_974_203_3, 0.361_776_702_6],
+                17.360_125_52,
+            ),
+            (
+                [0.705_578_751_3, -0.406_373_151_4, -0.072_787_673_82],
+                [0.704_694_608_2, -0.377_103_758_6, -0.071_416_267_53],
+                10.602_273_27,
+            ),
+            (
+                [0.518_065_261_1, 0.293_242_097_8, -0.187_311_269_5],
+                [0.516_709_086_8, 0.298_191_609, -0.182_460_995_3],
+                4.040_270_489,
+            ),
+        ] {
+            let found = difference(xyz(wanted), xyz(measured));
+            assert!((found - expected).abs() < 1e-6 * expected, "{found} {expected}");
+        }
+    }
+
     /// Greys of the white D65 differ in I alone, half of whose steps are those of PQ.
     #[test]
     fn greys_lie_on_one_axis() {

@@ -11,7 +11,7 @@ use metrics::Grouped;
 use metrics::chromaticity::Tristimulus;
 use metrics::colour_map::ColourMap;
 use metrics::quantity::{Axis, Map, Quantity, Unit};
-use report::plots::{Heading, LedOutline, colour_map, colour_over_angle};
+use report::plots::{Heading, LedOutline, Picture, colour_map, colour_over_angle};
 use runtime::atomic_file::write_bytes;
 use simulate::observation::colours::ColourArrays;
 
@@ -77,7 +77,19 @@ fn figures(all: &Tristimulus) -> [[f64; 2]; 4] {
     figures
 }
 
-/// Writes the picture of a map, whose axes are columns and rows; `None` where its light is too faint.
+/// The picture of a map, whose axes are columns and rows; `None` where its light is too faint.
+fn picture_of_map(
+    heading: &Heading,
+    axes: [&Axis; 2],
+    colours: &[Grouped; 3],
+    leds: &[LedOutline],
+) -> Option<Picture> {
+    let bins = axes.map(Axis::bins);
+    let map = ColourMap::new(colours, bins, &vec![1.0; bins[0] * bins[1]]);
+    map.map(|map| colour_map(heading, axes, &map, leds))
+}
+
+/// Writes that picture.
 pub(super) fn draw_map(
     path: &Path,
     heading: &Heading,
@@ -85,11 +97,8 @@ pub(super) fn draw_map(
     colours: &[Grouped; 3],
     leds: &[LedOutline],
 ) -> Result<Option<()>> {
-    let bins = axes.map(Axis::bins);
-    let Some(map) = ColourMap::new(colours, bins, &vec![1.0; bins[0] * bins[1]]) else {
-        return Ok(None);
-    };
-    write_bytes(path, &colour_map(heading, axes, &map, leds).png()?).map(Some)
+    let picture = picture_of_map(heading, axes, colours, leds);
+    picture.map(|picture| write_bytes(path, &picture.png()?)).transpose()
 }
 
 impl ModelFiles<'_> {
@@ -146,16 +155,18 @@ impl ModelFiles<'_> {
             let picture = colour_over_angle(&heading, &axis, &map)?;
             write_bytes(&file(FAR_FIELD, "png"), &picture.png()?)?;
         }
-        let title = format!("Colours at z = {} mm", self.design.receiver.plane_height_mm);
-        let map = self.map()?;
-        let picture = self.folder.join(format!("{ILLUMINANCE}.png"));
-        let axes = [map.columns(), map.rows()];
-        let heading = self.heading(&title);
-        if draw_map(&picture, &heading, axes, &colours.illuminance, &self.led_outlines())?.is_some()
-        {
-            file(ILLUMINANCE, "png");
+        if let Some(picture) = self.map_of_colours(colours)? {
+            write_bytes(&file(ILLUMINANCE, "png"), &picture.png()?)?;
         }
         Ok(files)
+    }
+
+    /// Colours of the map; `None` where its light is too faint.
+    pub(super) fn map_of_colours(&self, colours: &ColourArrays) -> Result<Option<Picture>> {
+        let title = format!("Colours at z = {} mm", self.design.receiver.plane_height_mm);
+        let (heading, map) = (self.heading(&title), self.map()?);
+        let axes = [map.columns(), map.rows()];
+        Ok(picture_of_map(&heading, axes, &colours.illuminance, &self.led_outlines()))
     }
 }
 

@@ -28,7 +28,7 @@ use super::{ModelFiles, receivers, take_receivers};
 /// A picture with the word that names its kind, and its caption.
 #[derive(Debug)]
 pub struct LivePicture {
-    /// `map`, `map_log`, `difference`, `cross_section`, `far_field` or `far_field_polar`.
+    /// `map`, `map_log`, `map_colours`, `difference`, `cross_section`, `far_field` or `far_field_polar`.
     pub id: &'static str,
     /// Words below it.
     pub caption: String,
@@ -208,6 +208,11 @@ impl ModelFiles<'_> {
         ];
         let mut pictures: Vec<LivePicture> =
             scales.into_par_iter().map(drawn).collect::<Result<_>>()?;
+        if let Some(colours) = self.arrays() {
+            let caption = "Colours of the light on the receiver plane.";
+            let picture = self.map_of_colours(colours)?;
+            pictures.extend(picture.map(|picture| live("map_colours", caption, picture)));
+        }
         let mut add = |id, caption: &str, picture| pictures.push(live(id, caption, picture));
         let now = self.section(&line)?;
         let (curves, colours) = match beside {

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use metrics::figures::OF_RECEIVER;
-use metrics::quantity::Unit;
+use metrics::quantity::{Quantity, Unit};
 use runtime::provenance::FileRecord;
 
 use crate::figure_entry::FigureEntry;
@@ -27,6 +27,25 @@ pub const MAPS: [&str; 2] = ["backlight", "panel"];
 /// they look beside D65; ΔE_ITP of what the panel shows where the picture is black; that of what it
 /// shows against the picture.
 pub const COLOUR_PICTURES: [&str; 3] = ["seen", "halo", "error"];
+/// Table of several pictures.
+pub const FILM_TABLE: &str = "film.csv";
+/// Folder of what the panel shows of them.
+pub const FILM_FOLDER: &str = "film";
+
+/// Figures in [`FILM_TABLE`] where the receiver reads this `light`; all but the first have errors.
+pub fn film_figures(light: &Quantity) -> [Quantity; 7] {
+    let of_light = |name: &str| Quantity::new(format!("{name} {}", light.name()), light.unit());
+    let share = |name: &str| Quantity::new(name, Unit::Fraction);
+    [
+        share("power share"),
+        of_light("panel mean"),
+        of_light("panel largest zone"),
+        of_light("halo black"),
+        share("halo contrast"),
+        share("missing"),
+        share("leaking"),
+    ]
+}
 
 /// The whole file.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
@@ -255,14 +274,15 @@ pub struct ColourEntry {
     /// Largest Δu'v' of it between cells of a twelfth of the panel's sides, or bins that are larger;
     /// null of a dark one.
     pub white_difference: Option<FigureEntry>,
-    /// Primaries and transfer of the picture: `BT.709, sRGB`; null of a panel without sub-pixels.
+    /// Primaries and transfer of the picture: `BT.709, sRGB` or `grey, linear`; null of a panel without
+    /// sub-pixels.
     pub picture: Option<String>,
     /// Luminance of the white of `panel_picture.png`, its largest level.
     pub exposure: Option<f64>,
     /// Gamut of the primaries as displayed at full drive, over that of each standard.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub gamut: Vec<GamutEntry>,
-    /// Levels of the zones by the picture.
+    /// How the picture gives the drives of the zones.
     pub levels: Option<LevelsEntry>,
     /// Power of the pattern over that at full drive of all channels at their levels.
     pub power_share: f64,
@@ -346,12 +366,12 @@ pub struct GamutEntry {
     pub uv: [FigureEntry; 2],
 }
 
-/// Levels of zones by the picture.
+/// How a picture gives the drives of zones.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 pub struct LevelsEntry {
     /// `max`, `mean`, `rms` or `percentile=P` of what the pixels of a zone need.
     pub rule: String,
-    /// Rows of N: a pixel needs the levels max(0, min(1, N XYZ)), with Y = 1 for white.
+    /// Rows of N: a pixel needs the drives max(0, min(1, N XYZ)), with Y = 1 for white.
     pub matrix: [[f64; 3]; 3],
     /// True if each row is that of a channel; else all channels need the largest of the three.
     pub by_channel: bool,

@@ -7,15 +7,11 @@ use anyhow::{Context, Result};
 
 use arrays::csv::{Column, write_named_csv};
 use metrics::Estimate;
-use metrics::quantity::{Quantity, Unit};
+use metrics::quantity::Quantity;
+use results::zones::{FILM_FOLDER, FILM_TABLE, film_figures};
 use runtime::atomic_file::write_bytes;
 
 use super::zone_pictures::Frame;
-
-/// Table of several pictures.
-pub const FILM_TABLE: &str = "film.csv";
-/// Folder of what the panel shows of them.
-pub const FILM_FOLDER: &str = "film";
 
 /// Reads a figure of a picture.
 type Read = fn(&Row) -> Option<Estimate>;
@@ -73,21 +69,17 @@ impl Film {
     /// # Errors
     /// A file that cannot be written.
     pub fn write(&self, out: &Path, light: &Quantity) -> Result<()> {
-        let named = |name: &str| Quantity::new(format!("{name} {}", light.name()), light.unit());
-        let [mean, zone, black] = ["panel mean", "panel largest zone", "halo black"].map(named);
-        let share = |name: &str| Quantity::new(name, Unit::Fraction);
-        let [contrast, missing, leaking] = ["halo contrast", "missing", "leaking"].map(share);
-        let mut columns =
-            vec![Column::new(&share("power share"), self.column(|row| Some(row.power_share)))];
-        let figures: [(&Quantity, Read); 6] = [
-            (&mean, |row| Some(row.mean)),
-            (&zone, |row| Some(row.largest_zone)),
-            (&black, |row| row.halo.map(|[black, _]| black)),
-            (&contrast, |row| row.halo.map(|[_, contrast]| contrast)),
-            (&missing, |row| row.missing),
-            (&leaking, |row| row.leaking),
+        let [power, figures @ ..] = film_figures(light);
+        let mut columns = vec![Column::new(&power, self.column(|row| Some(row.power_share)))];
+        let readers: [Read; 6] = [
+            |row| Some(row.mean),
+            |row| Some(row.largest_zone),
+            |row| row.halo.map(|[black, _]| black),
+            |row| row.halo.map(|[_, contrast]| contrast),
+            |row| row.missing,
+            |row| row.leaking,
         ];
-        for (quantity, read) in figures {
+        for (quantity, read) in figures.iter().zip(readers) {
             let value = self.column(|row| read(row).map(|figure| figure.value));
             let error = self.column(|row| read(row).map(|figure| figure.standard_error));
             columns.push(Column::new(quantity, value));

@@ -11,6 +11,7 @@ use metrics::gamut::{BT709, BT2020, DCI_P3, Primaries};
 use metrics::transfer::Transfer;
 use runtime::provenance::FileRecord;
 use zones::ZonedDesign;
+use zones::picture::Law;
 
 use super::zone_options::PictureGamut;
 
@@ -166,8 +167,8 @@ fn space_text(space: ColourSpace) -> String {
     }
 }
 
-/// Primaries and transfer of a picture: as stated, else as its file says, else of sRGB; levels of
-/// grey that nothing is said of are light.
+/// Primaries and transfer of a picture: as stated, else as its file says, else of sRGB. Grey has no
+/// primaries, and its levels that nothing is said of are light.
 ///
 /// # Errors
 /// A file that says others than these.
@@ -175,29 +176,33 @@ pub fn colour_space(
     image: &ColourImage,
     file: &str,
     (gamut, transfer): (Option<PictureGamut>, Option<Transfer>),
-) -> Result<(Primaries, Transfer)> {
+) -> Result<Law> {
+    let is_grey = image.is_grey;
+    let options = if is_grey { "--transfer states" } else { "--gamut and --transfer state" };
     let (primaries_said, transfer_said) = match image.space {
-        ColourSpace::Unstated if image.is_grey => (Some(BT709), Some(Transfer::Linear)),
+        ColourSpace::Unstated if is_grey => (None, Some(Transfer::Linear)),
         ColourSpace::Unstated | ColourSpace::Srgb => (Some(BT709), Some(Transfer::Srgb)),
         ColourSpace::CodePoints([primaries, transfer]) => {
             (primaries_of(primaries), transfer_of(transfer))
         }
         ColourSpace::Unread(what) => {
             ensure!(
-                gamut.is_some() && transfer.is_some(),
-                "`{file}`: colour space: expected sRGB, or cICP of full range, got {what}; --gamut and --transfer state it"
+                (is_grey || gamut.is_some()) && transfer.is_some(),
+                "`{file}`: colour space: expected sRGB, or cICP of full range, got {what}; {options} it"
             );
             (None, None)
         }
     };
     let refused = |expected: &str| {
         format!(
-            "`{file}`: colour space: expected {expected}, got {}; --gamut and --transfer state others",
+            "`{file}`: colour space: expected {expected}, got {}; {options} others",
             space_text(image.space)
         )
     };
-    let primaries = gamut.map(PictureGamut::primaries).or(primaries_said);
-    let primaries = primaries.with_context(|| refused("primaries of BT.709, BT.2020 or P3"))?;
+    let primaries = gamut.map(PictureGamut::primaries).or(primaries_said).filter(|_| !is_grey);
+    if !is_grey && primaries.is_none() {
+        bail!(refused("primaries of BT.709, BT.2020 or P3"));
+    }
     let transfer = transfer.or(transfer_said);
     let transfer = transfer.with_context(|| refused("a transfer of sRGB, PQ or linear light"))?;
     Ok((primaries, transfer))

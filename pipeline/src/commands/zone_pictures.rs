@@ -13,7 +13,7 @@ use experiment::checked_file::Texts;
 use formats::level_image::{ColourImage, LevelImage, png_of_rgb};
 use metrics::Estimate;
 use metrics::dimming::window;
-use metrics::gamut::{D65, Primaries};
+use metrics::gamut::D65;
 use metrics::quantity::Unit;
 use metrics::transfer::Transfer;
 use results::figure_entry::FigureEntry;
@@ -27,7 +27,7 @@ use zones::colour_estimates::ColourEstimate;
 use zones::full_drive::{Channels, FullDrive};
 use zones::levels::{Needs, check_size, from_picture, power_share};
 use zones::pattern_colours::PatternColours;
-use zones::picture::{PictureLight, check_white, painted};
+use zones::picture::{Law, PictureLight, check_white, painted};
 use zones::{Array, Dimmed, Pattern, PatternPicture, ZonedDesign};
 
 use super::zone_inputs::{Drives, check_lit, colour_space, colours, drives, grey_light, pictures};
@@ -45,13 +45,24 @@ const WINDOW: f64 = 0.1;
 enum Picture {
     /// Levels as light, and the transfer of their file.
     Grey(LevelImage, Transfer),
-    /// Colours with their primaries and transfer.
-    Colours(ColourImage, (Primaries, Transfer)),
+    /// Colours or grey on sub-pixels.
+    Colours(ColourImage, Law),
 }
 
-/// Primaries and transfer for people.
-fn space_name((primaries, transfer): (Primaries, Transfer)) -> String {
-    format!("{}, {}", primaries.name, transfer_name(transfer))
+impl Picture {
+    /// Columns and rows, and how levels stand for light.
+    fn size_and_law(&self) -> ([usize; 2], Law) {
+        match self {
+            Self::Grey(image, transfer) => ([image.columns, image.rows], (None, *transfer)),
+            Self::Colours(image, law) => ([image.columns, image.rows], *law),
+        }
+    }
+}
+
+/// A law for people.
+fn law_name((primaries, transfer): Law) -> String {
+    let primaries = primaries.map_or("grey", |primaries| primaries.name);
+    format!("{primaries}, {}", transfer_name(transfer))
 }
 
 /// Patterns and pictures of a command, checked.
@@ -81,7 +92,7 @@ pub struct Frame {
     /// Drives by channel.
     pub drives: Vec<Vec<f64>>,
     needs: Option<Needs>,
-    colour_space: Option<(Primaries, Transfer)>,
+    law: Option<Law>,
     /// Power over that of full white.
     pub power_share: f64,
     /// What the panel shows, as PNG.
@@ -111,8 +122,8 @@ impl<'a> Pictures<'a> {
             !(arguments.direct && zoned.has_colours()),
             "--direct: expected none with channels or [panel] sub_pixels"
         );
-        let of_panel = design.panel.as_ref();
-        let has_sub_pixels = of_panel.is_some_and(|panel| !panel.sub_pixels.is_empty());
+        let panel = design.panel.as_ref();
+        let has_sub_pixels = panel.is_some_and(|panel| !panel.sub_pixels.is_empty());
         for (option, is_stated) in
             [("--transfer", arguments.transfer.is_some()), ("--gamut", arguments.gamut.is_some())]
         {
@@ -133,9 +144,8 @@ impl<'a> Pictures<'a> {
         let files = arguments.picture.as_deref().map(pictures).transpose()?.unwrap_or_default();
         let has_picture = !files.is_empty() || drives.as_ref().is_some_and(|d| d.grey.is_some());
         ensure!(has_picture, "--picture: expected one beside a pattern for each channel, got none");
-        let of_panel = of_panel.map(|panel| panel.contrast);
         let mut command = Self {
-            contrast: arguments.contrast.or(of_panel).unwrap_or(CONTRAST),
+            contrast: arguments.contrast.or(panel.map(|panel| panel.contrast)).unwrap_or(CONTRAST),
             inputs: design.provenance.inputs(),
             arguments,
             texts,
@@ -159,26 +169,27 @@ impl<'a> Pictures<'a> {
         }
         // All are read before anything is traced or written.
         let mut size = None;
-        let mut space = None;
+        let mut law_of_all = None;
         let mut only = None;
         for (number, path) in command.files.iter().enumerate() {
             let (picture, record) = command.picture(path, number > 0)?;
-            let (pixels, law, advice) = match &picture {
-                Picture::Grey(image, transfer) => {
-                    ([image.columns, image.rows], transfer_name(*transfer), "")
-                }
-                Picture::Colours(image, space) => (
-                    [image.columns, image.rows],
-                    space_name(*space),
-                    "; --gamut and --transfer state those of all",
-                ),
-            };
-            let expected = space.get_or_insert_with(|| law.clone());
+            let (pixels, law) = picture.size_and_law();
+            let expected = law_of_all.get_or_insert(law);
+            // Grey goes with all primaries.
+            let is_same = expected.0.zip(law.0).is_none_or(|(a, b)| a == b);
             ensure!(
-                *expected == law,
-                "`{}`: colour space: expected {expected} as in the first picture, got {law}{advice}",
-                record.file
+                is_same && expected.1 == law.1,
+                "`{}`: colour space: expected {} as in the first picture, got {}{}",
+                record.file,
+                law_name(*expected),
+                law_name(law),
+                if command.has_sub_pixels() {
+                    "; --gamut and --transfer state those of all"
+                } else {
+                    ""
+                }
             );
+            expected.0 = expected.0.or(law.0);
             let [columns, rows] = *size.get_or_insert(pixels);
             ensure!(
                 pixels == [columns, rows],
@@ -227,18 +238,18 @@ impl<'a> Pictures<'a> {
 
     fn coloured(&self, image: ColourImage, file: &str) -> Result<Picture> {
         let stated = (self.arguments.gamut, self.arguments.transfer);
-        let space = colour_space(&image, file, stated)?;
-        let is_within = match (self.arguments.white, &self.emitted) {
-            (Some(white), _) => check_white(&space.0, white),
-            (None, Some(emitted)) => emitted.check_emitted_white(&space.0),
-            (None, None) => Ok(()),
+        let (primaries, transfer) = colour_space(&image, file, stated)?;
+        let is_within = match (&primaries, self.arguments.white, &self.emitted) {
+            (Some(primaries), Some(white), _) => check_white(primaries, white),
+            (Some(primaries), None, Some(emitted)) => emitted.check_emitted_white(primaries),
+            _ => Ok(()),
         };
         is_within.with_context(|| format!("`{file}`"))?;
         ensure!(
-            space.1.peak_cd_m2().is_none() || self.is_absolute(),
+            transfer.peak_cd_m2().is_none() || self.is_absolute(),
             "`{file}`: --transfer: expected srgb, linear or gamma=G where levels are not in cd/m², got pq; a luminance --receiver and led.power_w make them so"
         );
-        Ok(Picture::Colours(image, space))
+        Ok(Picture::Colours(image, (primaries, transfer)))
     }
 
     /// The picture of a file, or the pattern as one.
@@ -276,12 +287,11 @@ impl<'a> Pictures<'a> {
         context: RunContext,
     ) -> Result<Frame> {
         let picture = self.picture_of(path)?;
-        let (light, space) = match &picture {
+        let (light, law) = match &picture {
             Picture::Grey(image, _) => (PictureLight::grey(image), None),
-            Picture::Colours(image, space) => {
+            Picture::Colours(image, law) => {
                 let white = full.map_or(D65, FullDrive::white_xy);
-                let light = PictureLight::new(image, (&space.0, space.1), white)?;
-                (light, Some(*space))
+                (PictureLight::new(image, *law, white)?, Some(*law))
             }
         };
         let powers = self.powers(full.map(|full| &full.channel_levels[..]));
@@ -291,17 +301,15 @@ impl<'a> Pictures<'a> {
         } else {
             let rule = self.arguments.levels;
             let rule = rule.context("--levels: expected a rule or a pattern, got neither")?;
-            let of_pixels = match (full, space) {
-                (Some(full), Some((primaries, transfer))) => {
-                    full.needs(&primaries, transfer, &self.design.channels())?
-                }
+            let pixel_needs = match (full, law) {
+                (Some(full), Some(law)) => full.needs(law, &self.design.channels())?,
                 _ => Needs::GREY,
             };
-            needs = Some(of_pixels);
+            needs = Some(pixel_needs);
             let limit = self.arguments.power_limit;
-            from_picture(&light, self.zoned.zones, (rule, of_pixels), (&powers, limit))
+            from_picture(&light, self.zoned.zones, (rule, pixel_needs), (&powers, limit))
         };
-        let on_panel = match (full, space) {
+        let on_panel = match (full, law) {
             (Some(full), Some((_, transfer))) => full.show(&light, transfer),
             _ => None,
         };
@@ -329,26 +337,26 @@ impl<'a> Pictures<'a> {
             _ => None,
         };
         let power_share = power_share(&drives, &powers);
-        Ok(Frame { dimmed, needs, colour_space: space, power_share, painted, drives })
+        Ok(Frame { dimmed, needs, law, power_share, painted, drives })
     }
 
     /// Light that each channel emits at its level of full drive.
-    fn powers(&self, levels: Option<&[f64]>) -> Vec<f64> {
+    fn powers(&self, channel_levels: Option<&[f64]>) -> Vec<f64> {
         let mut powers = vec![0.0; self.design.channels().len()];
         for light in &self.design.colour_lights().lights {
             powers[self.design.channel_of(light)] += light.emitted_w;
         }
-        let levels = levels.unwrap_or(&[1.0]).iter();
-        powers.iter_mut().zip(levels).for_each(|(power, level)| *power *= level);
+        let channel_levels = channel_levels.unwrap_or(&[1.0]).iter();
+        powers.iter_mut().zip(channel_levels).for_each(|(power, level)| *power *= level);
         powers
     }
 
     /// Electrical power of all packages at this share of full white, W.
-    fn power_w(&self, share: f64, levels: &[f64]) -> Option<f64> {
-        let of_package = self.design.emitted?.electrical_w?;
+    fn power_w(&self, share: f64, channel_levels: &[f64]) -> Option<f64> {
+        let package_w = self.design.emitted?.electrical_w?;
         let sum = |levels: &[f64]| self.powers(Some(levels)).iter().sum::<f64>();
-        let (all, white) = (sum(&vec![1.0; levels.len()]), sum(levels));
-        Some(of_package * self.zoned.places.count() as f64 * share * white / all)
+        let (all, white) = (sum(&vec![1.0; channel_levels.len()]), sum(channel_levels));
+        Some(package_w * self.zoned.places.count() as f64 * share * white / all)
     }
 
     /// A window, a single zone and a checkerboard of zones on the panel.
@@ -362,9 +370,9 @@ impl<'a> Pictures<'a> {
         cache: &Cache,
         context: RunContext,
     ) -> Result<TestPatterns> {
-        let levels = &full.channel_levels;
+        let channel_levels = &full.channel_levels;
         let [columns, rows] = self.zoned.zones;
-        let of_zones = |is_white: &dyn Fn(usize, usize) -> bool| {
+        let image_of_zones = |is_white: &dyn Fn(usize, usize) -> bool| {
             let level = |k: usize| f64::from(is_white(k % columns, k / columns));
             LevelImage { columns, rows, levels: (0..columns * rows).map(level).collect() }
         };
@@ -374,12 +382,12 @@ impl<'a> Pictures<'a> {
             LevelImage { columns, rows, levels }
         };
         let lit = window(columns, rows);
-        let lit = of_zones(&|i, j| lit.levels[j * columns + i] > 0.0);
-        let zone = of_zones(&|i, j| [i, j] == [columns / 2, rows / 2]);
-        let board = of_zones(&|i, j| (i + j) % 2 == 0);
+        let lit = image_of_zones(&|i, j| lit.levels[j * columns + i] > 0.0);
+        let zone = image_of_zones(&|i, j| [i, j] == [columns / 2, rows / 2]);
+        let board = image_of_zones(&|i, j| (i + j) % 2 == 0);
         let shown = |picture: &LevelImage, lit: &LevelImage| -> Result<Dimmed> {
             context.interrupt.check()?;
-            let drives = vec![lit.levels.clone(); levels.len()];
+            let drives = vec![lit.levels.clone(); channel_levels.len()];
             let light = PictureLight::greys(picture, full.white_xy());
             let on_panel = full.show(&light, Transfer::Linear);
             let grey = PatternPicture::Grey(picture, self.contrast);
@@ -391,19 +399,20 @@ impl<'a> Pictures<'a> {
             };
             self.zoned.dim(array, pattern, false, cache, context)
         };
-        let powers = self.powers(Some(levels));
-        let of = |picture: &LevelImage, lit: &LevelImage| -> Result<LitPattern> {
-            let share = power_share(&vec![lit.levels.clone(); levels.len()], &powers);
+        let powers = self.powers(Some(channel_levels));
+        let lit_pattern = |picture: &LevelImage, lit: &LevelImage| -> Result<LitPattern> {
+            let drives = vec![lit.levels.clone(); channel_levels.len()];
+            let share = power_share(&drives, &powers);
             let halo = shown(picture, lit)?.halo;
             Ok(LitPattern {
                 luminance: halo.map(|[_, bright, _]| FigureEntry::new(bright)),
                 power_share: share,
-                power_w: self.power_w(share, levels),
+                power_w: self.power_w(share, channel_levels),
             })
         };
         Ok(TestPatterns {
-            window: of(&window(across, along), &lit)?,
-            zone: of(&zone, &zone)?,
+            window: lit_pattern(&window(across, along), &lit)?,
+            zone: lit_pattern(&zone, &zone)?,
             checkerboard: shown(&board, &board)?.halo.map(|[.., ratio]| FigureEntry::new(ratio)),
         })
     }
@@ -427,36 +436,36 @@ impl<'a> Pictures<'a> {
         full: &FullDrive,
         (frame, test_patterns): (&Frame, Option<TestPatterns>),
     ) -> ColourEntry {
-        let (entry, levels) = (FigureEntry::new, &full.channel_levels);
-        let of_light = |of: ColourEstimate| {
-            let both = of.chromaticity.map(|all| all.map(entry));
-            let (xy, uv) = (both.map(|[x, y, ..]| [x, y]), both.map(|[.., u, v]| [u, v]));
-            let [cct, duv] = [0, 1].map(|k| of.temperature.map(|both| entry(both[k])));
-            ColourOfLight { xy, uv, cct, duv, luminance: entry(of.luminance) }
+        let (entry, channel_levels) = (FigureEntry::new, &full.channel_levels);
+        let light_entry = |light: ColourEstimate| {
+            let places = light.chromaticity.map(|places| places.map(entry));
+            let (xy, uv) = (places.map(|[x, y, ..]| [x, y]), places.map(|[.., u, v]| [u, v]));
+            let [cct, duv] = [0, 1].map(|k| light.temperature.map(|both| entry(both[k])));
+            ColourOfLight { xy, uv, cct, duv, luminance: entry(light.luminance) }
         };
-        let channels = self.design.channels().into_iter().zip(levels).enumerate();
+        let channels = self.design.channels().into_iter().zip(channel_levels).enumerate();
         let channels = channels.map(|(number, (name, level))| ChannelEntry {
             name: name.to_owned(),
             level: *level,
-            light: of_light(full.channel_figures(number)),
+            light: light_entry(full.channel_figures(number)),
         });
         let colours = frame.dimmed.colours.as_ref();
         let figure = |read: fn(&PatternColours) -> Option<Estimate>| {
-            colours.and_then(read).map(|of| entry(of).in_range(Unit::Fraction))
+            colours.and_then(read).map(|figure| entry(figure).in_range(Unit::Fraction))
         };
-        let white = of_light(full.white_figures());
+        let white = light_entry(full.white_figures());
         ColourEntry {
             channels: channels.collect(),
             exposure: frame.painted.as_ref().map(|_| white.luminance.value),
             white,
-            picture: frame.colour_space.map(space_name),
+            picture: frame.law.map(law_name),
             gamut: full
                 .gamut()
                 .into_iter()
-                .map(|of| GamutEntry {
-                    standard: of.standard.to_owned(),
-                    xy: of.shares[0].map(entry),
-                    uv: of.shares[1].map(entry),
+                .map(|gamut| GamutEntry {
+                    standard: gamut.standard.to_owned(),
+                    xy: gamut.shares[0].map(entry),
+                    uv: gamut.shares[1].map(entry),
                 })
                 .collect(),
             levels: frame.needs.zip(self.arguments.levels).map(|(needs, rule)| LevelsEntry {
@@ -466,7 +475,7 @@ impl<'a> Pictures<'a> {
                 power_limit: self.arguments.power_limit,
             }),
             power_share: frame.power_share,
-            power_w: self.power_w(frame.power_share, levels),
+            power_w: self.power_w(frame.power_share, channel_levels),
             missing: figure(|colours| colours.missing),
             leaking: figure(|colours| colours.leaking),
             white_difference: full.white_difference().map(entry),

@@ -20,8 +20,8 @@ use report::plots::{Heading, IlluminanceMap, SeenPicture, illuminance_map, seen}
 use results::figure_entry::FigureEntry;
 use results::sealed_file::SealedFile;
 use results::zones::{
-    BeyondReach, COLOUR_PICTURES, Direct, FILE, Halo, LightSpread, MAPS, Radius, SCHEMA_VERSION,
-    SPREAD, ViewingEntry, ZonesFile,
+    BeyondReach, COLOUR_PICTURES, Direct, FILE, FILM_FOLDER, FILM_TABLE, Halo, LightSpread, MAPS,
+    Radius, SCHEMA_VERSION, SPREAD, ViewingEntry, ZonesFile,
 };
 use runtime::atomic_file::{write_bytes, write_json};
 use runtime::content_hash::sealed;
@@ -39,7 +39,7 @@ use zones::{Array, Dimmed, Request, ZonedDesign};
 
 use super::arguments::cache;
 use super::outputs::results_writable;
-use super::zone_film::{FILM_FOLDER, FILM_TABLE, Film};
+use super::zone_film::Film;
 pub use super::zone_options::ZonesArgs;
 use super::zone_pictures::{COLOUR_ARRAYS, Frame, PAINTED, Pictures};
 use output::capitalised;

@@ -25,7 +25,7 @@ use super::colour_estimates::{
 use super::estimates::{add, biased};
 use super::needs::Needs;
 use super::panel_colour::SubPixels;
-use super::picture::{PictureLight, PictureOnPanel, outside};
+use super::picture::{Law, PictureLight, PictureOnPanel, outside};
 use super::reference::Beyond;
 use super::responses::ChannelLight;
 use super::{Array, BeyondLight, ZonedDesign};
@@ -328,16 +328,11 @@ impl FullDrive {
         })
     }
 
-    /// Drives of channels, named so, that pixels of these primaries and transfer need.
+    /// Drives of channels, named so, that pixels of a picture of this law need.
     ///
     /// # Errors
     /// Channels of colours on one line.
-    pub fn needs(
-        &self,
-        primaries: &Primaries,
-        transfer: Transfer,
-        names: &[&str],
-    ) -> Result<Needs> {
+    pub fn needs(&self, (primaries, transfer): Law, names: &[&str]) -> Result<Needs> {
         // Pictures of absolute luminance are in cd/m².
         let white_y = self.white()[self.last()][1];
         let y = if transfer.peak_cd_m2().is_some() { 1.0 / self.factor } else { white_y };
@@ -348,8 +343,11 @@ impl FullDrive {
         let rows = if by_channel {
             let columns = [0, 1, 2].map(|channel| self.channel(channel, self.last()));
             [0, 1, 2].map(|k| columns.map(|column| column[k] / y))
-        } else {
+        } else if let Some(primaries) = primaries {
             primaries.to_xyz(self.white_xy()).map(|row| row.map(|value| value * white_y / y))
+        } else {
+            // Grey is a share of white.
+            return Ok(Needs { matrix: [[0.0, y / white_y, 0.0]; 3], by_channel });
         };
         let Some(matrix) = inverse(&rows) else {
             anyhow::bail!("--levels: expected channels of three colours, got some on one line");
@@ -510,13 +508,31 @@ mod tests {
         assert!((black.value - itp::difference(leak, [0.0; 3])).abs() < 1e-9 * black.value);
     }
 
+    /// Primaries of a standard, each shown by one channel through one sub-pixel, cover it whole.
+    #[test]
+    fn a_panel_of_a_standards_primaries_has_its_gamut() {
+        for standard in STANDARDS {
+            let mut exact = full([0.0; 3]);
+            for (part, xy) in exact.parts.iter_mut().zip(standard.xy) {
+                part.behind = vec![[0.0; 3]; 3];
+                part.behind[part.channel] = chromaticity::xyz_of_xy(xy);
+            }
+            exact.closed = Some([0.0; 3]);
+            let gamut = exact.gamut();
+            let own = gamut.iter().find(|of| of.standard == standard.name).expect("listed");
+            for share in own.shares.iter().flatten() {
+                assert!((share.value - 1.0).abs() < 1e-9, "{}: {share:?}", standard.name);
+            }
+        }
+    }
+
     #[test]
     fn dark_channels_and_whites_beyond_the_picture_are_named() {
         let mut dark = full([0.0; 3]);
         dark.parts[2].behind = vec![[0.0; 3]; 3];
         for error in [
             dark.levels_of([0.3127, 0.3290], &NAMES).expect_err("dark"),
-            dark.needs(&gamut::BT709, Transfer::Srgb, &NAMES).expect_err("dark"),
+            dark.needs((Some(gamut::BT709), Transfer::Srgb), &NAMES).expect_err("dark"),
         ] {
             let words = error.to_string();
             assert!(

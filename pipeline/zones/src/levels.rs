@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Levels of zones from the picture that they stand behind.
+//! Drives of zones from the picture that they stand behind.
 //!
-//! A pixel of the colour XYZ (Y = 1 for white) needs the levels n = max(0, min(1, N XYZ)) of the
+//! A pixel of the colour XYZ (Y = 1 for white) needs the drives n = max(0, min(1, N XYZ)) of the
 //! channels. With three channels behind red, green and blue sub-pixels N is the inverse of the matrix
 //! of X, Y and Z that each channel alone shows on the open panel; with other numbers of channels all
-//! need the largest of the picture's own red, green and blue. The level of a zone is, over the n
-//! pixels whose middles lie in it,
+//! need the largest of the picture's own red, green and blue. The drive of a zone is, over the n of
+//! the pixels whose middles lie in it,
 //!
-//! | rule | level |
+//! | rule | drive |
 //! |---|---|
 //! | max | max n |
 //! | mean | Σ n / number |
@@ -15,7 +15,7 @@
 //! | percentile p | the smallest n that p % of the pixels do not exceed |
 //!
 //! Where the power, a sum over channels by the light that each emits at full white, exceeds its
-//! limit, one factor lowers all levels.
+//! limit, one factor lowers all drives.
 
 use anyhow::{Result, ensure};
 use rayon::prelude::*;
@@ -24,7 +24,7 @@ use super::MIN_DRIVE;
 pub use super::needs::Needs;
 use super::picture::PictureLight;
 
-/// How pixels of a zone give its level.
+/// How pixels of a zone give its drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Rule {
     /// The largest.
@@ -33,12 +33,12 @@ pub enum Rule {
     Mean,
     /// The root of the mean square.
     Rms,
-    /// The level that this percentage of the pixels do not exceed.
+    /// The drive that this percentage of the pixels do not exceed.
     Percentile(f64),
 }
 
 impl Rule {
-    fn level(self, needs: &mut [f64]) -> f64 {
+    fn drive(self, needs: &mut [f64]) -> f64 {
         let count = needs.len() as f64;
         match self {
             Self::Max => needs.iter().copied().fold(0.0, f64::max),
@@ -52,7 +52,7 @@ impl Rule {
     }
 }
 
-/// Levels of `zones` for each of the channels, whose shares of the power at full white are `powers`;
+/// Drives of `zones` for each of the channels, whose shares of the power at full white are `powers`;
 /// at most `limit` of it. There are no fewer pixels than zones ([`check_size`]).
 pub fn from_picture(
     picture: &PictureLight,
@@ -75,21 +75,21 @@ pub fn from_picture(
                 needs_of.iter_mut().zip(need).for_each(|(all, need)| all.push(need));
             }
         }
-        let levels: Vec<f64> = needs_of.iter_mut().map(|needs| rule.level(needs)).collect();
-        (0..channels).map(|channel| levels[channel % levels.len()]).collect()
+        let drives: Vec<f64> = needs_of.iter_mut().map(|needs| rule.drive(needs)).collect();
+        (0..channels).map(|channel| drives[channel % drives.len()]).collect()
     };
-    let found: Vec<Vec<f64>> = (0..zones[0] * zones[1]).into_par_iter().map(of_zone).collect();
-    let mut levels: Vec<Vec<f64>> =
-        (0..channels).map(|c| found.iter().map(|zone| zone[c]).collect()).collect();
-    let power = power_share(&levels, powers);
+    let by_zone: Vec<Vec<f64>> = (0..zones[0] * zones[1]).into_par_iter().map(of_zone).collect();
+    let mut drives: Vec<Vec<f64>> =
+        (0..channels).map(|c| by_zone.iter().map(|zone| zone[c]).collect()).collect();
+    let power = power_share(&drives, powers);
     let factor = if power > limit { limit / power } else { 1.0 };
-    for level in levels.iter_mut().flatten() {
-        *level *= factor;
-        if *level < MIN_DRIVE {
-            *level = 0.0;
+    for drive in drives.iter_mut().flatten() {
+        *drive *= factor;
+        if *drive < MIN_DRIVE {
+            *drive = 0.0;
         }
     }
-    levels
+    drives
 }
 
 /// Refuses a picture from `file` with a zone without pixels.
@@ -108,10 +108,10 @@ pub fn check_size(size: [usize; 2], zones: [usize; 2], file: &str) -> Result<()>
     Ok(())
 }
 
-/// Power over that of full white.
-pub fn power_share(levels: &[Vec<f64>], powers: &[f64]) -> f64 {
-    let mean = |levels: &Vec<f64>| levels.iter().sum::<f64>() / levels.len() as f64;
-    let part = levels.iter().zip(powers).map(|(levels, power)| power * mean(levels));
+/// Power of these drives of each channel over that of full white.
+pub fn power_share(drives: &[Vec<f64>], powers: &[f64]) -> f64 {
+    let mean = |drives: &Vec<f64>| drives.iter().sum::<f64>() / drives.len() as f64;
+    let part = drives.iter().zip(powers).map(|(drives, power)| power * mean(drives));
     part.sum::<f64>() / powers.iter().sum::<f64>()
 }
 
@@ -125,7 +125,7 @@ mod tests {
         let levels = [0.0f32, 0.2, 0.6, 0.4, 1.0, 0.0, 0.0, 0.0];
         let xyz = levels.map(|level| [level; 3]).to_vec();
         let picture = PictureLight { columns: 4, rows: 2, xyz };
-        let of = |rule, limit| {
+        let drives_of = |rule, limit| {
             from_picture(&picture, [2, 1], (rule, Needs::GREY), (&[1.0], limit)).concat()
         };
         for (rule, expected) in [
@@ -135,13 +135,13 @@ mod tests {
             (Rule::Percentile(75.0), [0.2, 0.4]),
             (Rule::Percentile(100.0), [1.0, 0.6]),
         ] {
-            let found = of(rule, 1.0);
+            let drives = drives_of(rule, 1.0);
             let is_near = |(a, b): (&f64, f64)| (a - b).abs() < 1e-7;
-            assert!(found.iter().zip(expected).all(is_near), "{rule:?}: {found:?}");
+            assert!(drives.iter().zip(expected).all(is_near), "{rule:?}: {drives:?}");
         }
         // Half of the power: the mean of 1.0 and 0.6 is 0.8.
-        let found = of(Rule::Max, 0.4);
-        assert!((found[0] - 0.5).abs() < 1e-7 && (found[1] - 0.3).abs() < 1e-7, "{found:?}");
+        let drives = drives_of(Rule::Max, 0.4);
+        assert!((drives[0] - 0.5).abs() < 1e-7 && (drives[1] - 0.3).abs() < 1e-7, "{drives:?}");
         let few = check_size([4, 2], [2, 4], "p");
         assert!(few.expect_err("too few").to_string().contains("got 4 x 2 pixels"));
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Levels that pixels of a picture need.
+//! Drives that pixels of a picture need.
 
 use metrics::gamut::{Matrix, apply};
 
-/// Levels that pixels need.
+/// Drives that pixels need.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Needs {
     /// From X, Y and Z, where white has Y = 1.

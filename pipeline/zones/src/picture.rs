@@ -6,12 +6,15 @@ use rayon::prelude::*;
 
 use formats::level_image::{ColourImage, LevelImage};
 use metrics::chromaticity;
-use metrics::gamut::{self, Primaries, apply, inverse};
+use metrics::gamut::{self, Matrix, Primaries, apply, inverse};
 use metrics::transfer::Transfer;
 
 use super::map_receiver::Frame;
 use super::panel_colour::{Backlight, SubPixels};
 use super::pattern_colours::PatternColours;
+
+/// How levels of a picture stand for light: primaries, none of grey, and the transfer.
+pub type Law = (Option<Primaries>, Transfer);
 
 /// Refuses primaries that a panel's white lies outside of.
 ///
@@ -41,20 +44,23 @@ pub struct PictureLight {
 }
 
 impl PictureLight {
-    /// The light of `image` on a panel of this white (x, y).
+    /// The light of `image` on a panel of this white (x, y); without primaries it is grey, a share of
+    /// that white.
     ///
     /// # Errors
     /// A white outside the primaries.
-    pub fn new(
-        image: &ColourImage,
-        (primaries, transfer): (&Primaries, Transfer),
-        white: [f64; 2],
-    ) -> Result<Self> {
-        check_white(primaries, white)?;
+    pub fn new(image: &ColourImage, (primaries, transfer): Law, white: [f64; 2]) -> Result<Self> {
         let level = |level: u16| transfer.light(f64::from(level) / 65_535.0);
         let light: Vec<f64> = (0..=u16::MAX).map(level).collect();
         let peak = transfer.peak_cd_m2().unwrap_or(1.0);
-        let to_xyz = primaries.to_xyz(white).map(|row| row.map(|value| peak * value));
+        let to_xyz = match &primaries {
+            Some(primaries) => {
+                check_white(primaries, white)?;
+                primaries.to_xyz(white)
+            }
+            None => chromaticity::xyz_of_xy(white).map(|value| [value, 0.0, 0.0]),
+        };
+        let to_xyz = to_xyz.map(|row| row.map(|value| peak * value));
         let one = |levels: &[u16; 3]| {
             let light = levels.map(|level| light[usize::from(level)]);
             apply(&to_xyz, light).map(|value| value as f32)
@@ -94,6 +100,17 @@ pub struct PictureOnPanel<'a> {
     pub white_moves_uv: f64,
 }
 
+/// X, Y and Z to linear red, green and blue of BT.709 in which `white` is (1, 1, 1) at Y = 1. Before a
+/// white outside BT.709 one of the primaries would be negative; X, Y and Z then are scaled to D65.
+fn to_painted(white: [f64; 2]) -> Matrix {
+    let of = |white| inverse(&gamut::BT709.to_xyz(white)).unwrap_or_default();
+    if gamut::BT709.hold(white) {
+        return of(white);
+    }
+    let [xyz, d65] = [white, gamut::D65].map(chromaticity::xyz_of_xy);
+    of(gamut::D65).map(|row| [0, 1, 2].map(|k| row[k] * d65[k] / xyz[k]))
+}
+
 /// What a panel shows, pixel by pixel from the top, as sRGB of 8 bits in which the panel's white is
 /// white: red, green and blue of light that sRGB does not reach are cut off.
 pub fn painted(
@@ -114,8 +131,7 @@ pub fn painted(
         picture.xyz[j * picture.columns + i].map(|value| scale * f64::from(value))
     };
     let white_y = on_panel.white[on_panel.white.len() - 1][1];
-    let to_rgb = inverse(&gamut::BT709.to_xyz(white)).unwrap_or_default();
-    let to_rgb = to_rgb.map(|row| row.map(|value| value / white_y));
+    let to_rgb = to_painted(white).map(|row| row.map(|value| value / white_y));
     let level = |k: usize| (255.0 * Transfer::Srgb.level(k as f64 / STEPS as f64)).round() as u8;
     let table: Vec<u8> = (0..=STEPS).map(level).collect();
     let encoded = |light: f64| table[(light.clamp(0.0, 1.0) * STEPS as f64).round() as usize];
@@ -137,10 +153,31 @@ mod tests {
     #[test]
     fn whites_beyond_the_primaries_are_refused() {
         let image = ColourImage::grey(&LevelImage { columns: 1, rows: 1, levels: vec![1.0] });
-        let of = |white| PictureLight::new(&image, (&gamut::BT709, Transfer::Srgb), white);
-        let error = of([0.2, 0.33]).expect_err("beyond").to_string();
+        let of = |law| move |white| PictureLight::new(&image, (law, Transfer::Srgb), white);
+        let in_colours = of(Some(gamut::BT709));
+        let error = in_colours([0.2, 0.33]).expect_err("beyond").to_string();
         assert!(error.contains("got BT.709"), "{error}");
-        let light = of(gamut::D65).expect("within").xyz[0];
+        let light = in_colours(gamut::D65).expect("within").xyz[0];
         assert!((light[1] - 1.0).abs() < 1e-6 && light.iter().all(|value| *value > 0.0));
+    }
+
+    /// Grey is a share of any white, and is painted grey beside it; light that is red stays so.
+    #[test]
+    fn grey_is_a_share_of_any_white() {
+        let levels = vec![0.25, 1.0];
+        let image = ColourImage::grey(&LevelImage { columns: 2, rows: 1, levels });
+        for white in [gamut::D65, [0.2, 0.33]] {
+            let light = PictureLight::new(&image, (None, Transfer::Gamma(2.0)), white);
+            let [dim, full] = light.expect("grey").xyz[..] else { panic!("two pixels") };
+            let xyz = chromaticity::xyz_of_xy(white);
+            for k in 0..3 {
+                let [dim, full] = [dim, full].map(|xyz| f64::from(xyz[k]));
+                assert!((full - xyz[k]).abs() < 1e-6 && (dim - xyz[k] / 16.0).abs() < 1e-5);
+            }
+            let to_rgb = to_painted(white);
+            assert!(apply(&to_rgb, xyz).iter().all(|value| (value - 1.0).abs() < 1e-12));
+            let [r, g, b] = apply(&to_rgb, chromaticity::xyz_of_xy([0.6, 0.35]));
+            assert!(r > g && r > b, "{white:?}: {r} {g} {b}");
+        }
     }
 }

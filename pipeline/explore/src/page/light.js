@@ -3,7 +3,7 @@
 
 // Pictures that the user chose; where one is missing, the first of its place is shown.
 const choices = { map: "map", far: "far_field" };
-const NAMES = { map: "linear", map_log: "logarithmic", difference: "now less kept", far_field: "straight", far_field_polar: "polar" };
+const NAMES = { map: "linear", map_log: "logarithmic", map_colours: "colours", difference: "now less kept", far_field: "straight", far_field_polar: "polar" };
 
 const drawn = {};
 async function showPicture(place, picture) {
@@ -25,7 +25,7 @@ function showLight() {
   const of = (id) => frame.pictures.find((picture) => picture.id === id);
   showPicture("package", of("package"));
   showPicture("cross_section", of("cross_section"));
-  for (const [host, place, ids] of [["of-map", "map", ["map", "map_log", "difference"]], ["of-far", "far", ["far_field", "far_field_polar"]]]) {
+  for (const [host, place, ids] of [["of-map", "map", ["map", "map_log", "map_colours", "difference"]], ["of-far", "far", ["far_field", "far_field_polar"]]]) {
     const there = ids.filter(of);
     const focused = byId(host).contains(document.activeElement) && document.activeElement.textContent;
     const chosen = there.includes(choices[place]) ? choices[place] : there[0];

@@ -7,6 +7,7 @@
 //! large ([`pack`], [`models`], [`orders`]). The same folder gives the same bytes.
 
 pub mod before_after;
+pub mod film;
 pub mod film_stack;
 pub mod folder;
 pub mod full_wave;
@@ -347,7 +348,7 @@ impl PageFile for ZonesFile {
     }
 
     fn values(folder: &SealedFolder<Self>, album: &mut Album) -> Result<Value> {
-        Ok(json!({"zones": zones::zones(album, folder)?}))
+        Ok(json!({"zones": zones::zones(album, folder)?, "film": film::film(album, folder)?}))
     }
 }
 

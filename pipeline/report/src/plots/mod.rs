@@ -16,6 +16,7 @@ mod convergence;
 mod dots;
 pub(super) mod draw;
 mod far_field;
+mod film;
 mod map;
 mod near_field;
 mod orders;
@@ -35,6 +36,7 @@ pub use draw::line_colours::LineColours;
 pub use draw::palette;
 pub use draw::panel::{Mark, MarkKind};
 pub use far_field::{FarField, element_far_fields, far_field_cartesian, far_field_polar};
+pub use film::film;
 pub use map::{
     BinImage, IlluminanceMap, LEVELS, LedOutline, MapScale, illuminance_map, map_on_scale,
     map_range,
