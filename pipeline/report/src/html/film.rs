@@ -34,7 +34,7 @@ pub fn film(album: &mut Album, folder: &SealedFolder<ZonesFile>) -> Result<Value
     }
     let heading = Heading::new("Film", format!("{}, over the number of the picture", file.design));
     let picture = plots::film(&heading, &figures(&directory.join(FILM_TABLE), file)?)?;
-    let curves = album.fixed(&picture, "Figures of the pictures of the film, with bands of two standard errors; what black beside bright shows is missing where a picture has none.");
+    let curves = album.fixed(&picture, "Figures of the pictures of the film, with bands of two standard errors; a picture without black beside bright has no halo, and a dark one misses nothing.");
     let names = file.files.iter().filter_map(|one| one.file.strip_prefix(FILM_FOLDER));
     let names: Vec<&str> = names.filter_map(|name| name.strip_prefix('/')).collect();
     let step = names.len().div_ceil(MOST_PICTURES).max(1);
