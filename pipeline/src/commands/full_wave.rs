@@ -38,8 +38,9 @@ const MEMORY_SHARE: f64 = 0.6;
 const KERNELS_PER_SECOND: f64 = 1.2e7;
 const OPERATIONS_PER_SECOND: f64 = 1.2e11;
 const OTHER_OPERATIONS_PER_SECOND: f64 = 4e10;
-/// Operations of a source over the square of the unknowns: a far field whose angles grow with them. Chosen.
-const OPERATIONS_OF_SOURCE: f64 = 12.0;
+/// Operations of a source over the square of the unknowns: 12, chosen, of a far field whose angles grow with them,
+/// and the products of a step of refinement for two parities.
+const OPERATIONS_OF_SOURCE: f64 = 28.0;
 /// Time beyond which fewer rings are taken by default, seconds. Chosen.
 const DEFAULT_SECONDS: f64 = 600.0;
 /// Time from which the solution of each polarisation is kept in the cache, seconds. Chosen.
