@@ -46,6 +46,7 @@ mod rectangular_arrays;
 mod report;
 mod reproduce;
 mod resume;
+mod rgb_backlight;
 mod scattering;
 mod schema;
 mod shards;
