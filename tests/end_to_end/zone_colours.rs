@@ -9,9 +9,9 @@ use tempfile::{TempDir, tempdir};
 use arrays::npy;
 use batwing_tests::read;
 use formats::level_image::{ColourImage, png_of_rgb};
+use metrics::colour_matching;
 use metrics::gamut::BT709;
 use metrics::transfer::Transfer;
-use metrics::colour_matching;
 
 use crate::support::binary::batwing;
 use crate::support::runs::run_text;

@@ -248,15 +248,18 @@ fn the_number_of_threads_and_kept_responses_change_no_bit() {
 fn a_small_array_stands_for_a_larger_one() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
-    std::fs::write(at.join("seven.toml"), boxed(7)).expect("written");
-    std::fs::write(at.join("nine.toml"), boxed(9)).expect("written");
+    std::fs::write(at.join("five.toml"), boxed(5)).expect("written");
+    std::fs::write(at.join("twelve.toml"), boxed(12)).expect("written");
     std::fs::write(at.join("drives.csv"), "0,0,0\n0.5,0,0\n0,1,0\n").expect("written");
-    let line = "--pattern drives.csv --zones 3x3 --receiver front";
-    let small = zones(at, &format!("seven.toml {line} --packages 9x9"), "small");
-    let whole = zones(at, &format!("nine.toml {line}"), "whole");
-    assert_eq!((&small["responses"], &whole["responses"]), (&10.into(), &15.into()));
+    let line = "--pattern drives.csv --zones 3x3 --receiver front --paths 20000";
+    let small = zones(at, &format!("five.toml {line} --packages 12x12"), "small");
+    let whole = zones(at, &format!("twelve.toml {line}"), "whole");
+    assert_eq!((&small["responses"], &whole["responses"]), (&6.into(), &21.into()));
     let (share, error) = estimate(&small["beyond_reach"]["share"]);
     assert!(share > 0.0 && share < 0.1 && error > 0.0, "{share} {error}");
+    // Up to twice the packages of the design all are traced, and nothing is left beyond.
+    let six = zones(at, &format!("five.toml {line} --packages 6x9"), "six");
+    assert_eq!((&six["beyond_reach"], &six["responses"]), (&Value::Null, &15.into()));
     let tables = ["small/zones.csv", "whole/zones.csv"].map(|name| table(&at.join(name)));
     for (a, b) in tables[0].iter().zip(&tables[1]) {
         assert_eq!(a[..5], b[..5]);
@@ -270,7 +273,7 @@ fn a_small_array_stands_for_a_larger_one() {
     }
     let contrast = |found: &Value| estimate(&found["halo"]["contrast"]);
     let (a, b) = (contrast(&small), contrast(&whole));
-    assert!((a.0 - b.0).abs() < 4.0 * a.1.hypot(b.1) && a.0 < 2e-4, "{a:?} {b:?}");
+    assert!((a.0 - b.0).abs() < 4.0 * a.1.hypot(b.1) && a.0 < 1e-3, "{a:?} {b:?}");
 }
 
 /// White walls send back nine tenths of what would lie farther out, black ones none: in both the law of
@@ -305,8 +308,8 @@ fn light_that_is_moved_to_walls_is_that_of_the_whole_array() {
         assert_eq!(few["traced_packages"], serde_json::json!([13, 12]));
         // Two packages from each wall, and those in the middle.
         assert!(few["responses"].as_u64() < Some(13), "{}", few["responses"]);
-        let bound = few["beyond_reach"]["walls"]["value"].as_f64().expect("a share");
-        assert!(bound.abs() < 0.02, "{reflectance}: {bound}");
+        let (wrong, _) = estimate(&few["beyond_reach"]["walls"]);
+        assert!(wrong > 0.0 && wrong < 0.05, "{reflectance}: {wrong}");
         let tables = ["few/zones.csv", "all/zones.csv"].map(|name| table(&at.join(name)));
         let brightest = tables[1].iter().map(|row| row[5]).fold(0.0, f64::max);
         let mut chi_square = 0.0;

@@ -146,7 +146,7 @@ impl ZonesFile {
             let share = share.as_ref().map_or_else(|| "does not fall off".to_owned(), words);
             line(format!("light beyond {packages} packages"), share);
             if let Some(walls) = walls {
-                line("light too much at walls".to_owned(), shown::text(walls, Unit::Fraction));
+                line("light wrong beside walls".to_owned(), shown::text(walls, Unit::Fraction));
             }
         }
         line(format!("{} at full drive, mean", self.quantity), shown::text(&self.white, unit));
@@ -195,9 +195,9 @@ pub struct BeyondReach {
     pub packages: usize,
     /// Share of its light; null where it does not fall off.
     pub share: Option<FigureEntry>,
-    /// Light near the walls of the whole array that is too much, over all: what the walls send back is
-    /// found from packages near them, and this is the error beside another. Null where no light is moved
-    /// towards walls.
+    /// Light that lies wrong beside the walls of the whole array, over the mean at full drive: what walls
+    /// send back is found from packages near them, and this is the error for another. Null where no light
+    /// is moved towards walls.
     #[serde(default)]
     pub walls: Option<FigureEntry>,
 }

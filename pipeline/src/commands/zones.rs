@@ -108,6 +108,12 @@ impl Command<'_> {
                 self.design.provenance.file
             ));
         }
+        if self.zoned.places.is_narrow() {
+            context.console.warn(&format!(
+                "{}: --packages: responses are traced among the packages of the design alone, whose walls send back what would lie farther out: something in it does not repeat, or takes too much memory; solids that stand once stand beside each package that the middle one stands for (docs/guide/backlight.md, section 8)",
+                self.design.provenance.file
+            ));
+        }
         if self.zoned.passes_over_tolerance() {
             context.console.warn(&format!(
                 "{}: sources.spectrum.tolerance: zones take three wavelengths of a light, whatever its tolerance, and their errors do not hold what that leaves out; `samples` states more",

@@ -101,10 +101,11 @@ impl Array<'_> {
     ) -> Result<FullDrive> {
         let of = json!({"means of": self.parts.len(), "cells of panel": MAX_CELLS});
         let count = channels.names.len();
-        let beyond: Vec<Option<Beyond>> =
-            self.kept(&json!({"beyond of": count}), cache, context, || {
-                (0..count).map(|channel| self.beyond(Some(channel))).collect()
-            })?;
+        let luminous: Vec<f64> = self.parts.iter().map(|part| part.xyz[1]).collect();
+        let of_channels = json!({"beyond of": count, "luminous": luminous});
+        let beyond: Vec<Option<Beyond>> = self.kept(&of_channels, cache, context, || {
+            (0..count).map(|channel| self.beyond(Some(channel))).collect()
+        })?;
         let bins = self.frame.bins.map(|bins| bins.min(MAX_CELLS));
         let cells: Vec<Vec<Vec<f64>>> =
             self.kept(&of, cache, context, || self.means_of_parts(bins))?;
@@ -437,7 +438,7 @@ mod tests {
     /// any place may lack these shares.
     fn of_share(share: f64) -> Beyond {
         let share = Some(Estimate::new(share, 0.0));
-        Beyond { reach: 2, share, walls: None, law: 0.0, falls: vec![0.0] }
+        Beyond { reach: 2, share, walls: None, error_of_images: 0.0, falls: vec![0.0] }
     }
 
     fn full(beyond: [f64; 3]) -> FullDrive {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Pictures on a panel: the light that they ask for, and what they look like on it.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use rayon::prelude::*;
 
 use formats::level_image::{ColourImage, LevelImage};
@@ -57,6 +57,9 @@ impl PictureLight {
             Some(primaries) => {
                 check_white(primaries, white)?;
                 primaries.to_xyz(white)
+            }
+            None if white[1] <= 0.0 => {
+                bail!("--picture: expected channels that shine on the panel, got none")
             }
             None => chromaticity::xyz_of_xy(white).map(|value| [value, 0.0, 0.0]),
         };

@@ -218,9 +218,16 @@ impl Places {
         &self.packages_by_zone
     }
 
-    /// True if the stated array stands for a larger one along an axis.
+    /// True if packages stand for others along an axis. Where the whole array is traced, all packages of
+    /// one twice as long as stated are traced where they stand.
     pub fn is_extended(&self, axis: usize) -> bool {
-        self.whole[axis] > self.stated[axis]
+        let whole = self.whole[axis];
+        whole > self.traced[axis] || whole > 2 * self.stated[axis]
+    }
+
+    /// True if packages stand for others among the stated ones alone.
+    pub fn is_narrow(&self) -> bool {
+        self.traced == self.stated && (0..2).any(|k| self.is_extended(k))
     }
 
     /// Packages of the whole array.
@@ -243,11 +250,12 @@ impl Places {
         }
     }
 
-    /// Places to the nearest wall of a package that another stands for, which is moved towards it.
-    pub fn moved_to(&self, package: [usize; 2]) -> Option<usize> {
+    /// Places to the walls along each axis, of a package that another stands for.
+    pub fn moved_to(&self, package: [usize; 2]) -> impl Iterator<Item = usize> {
         let axes = (0..2).filter(|k| self.traced[*k] > self.stated[*k]);
-        let away = axes.map(|k| (k, package[k].min(self.whole[k] - 1 - package[k])));
-        away.filter(|(k, away)| *away >= self.near_wall(*k)).map(|(_, away)| away).min()
+        let ends = axes.map(move |k| (k, [package[k], self.whole[k] - 1 - package[k]]));
+        let moved = ends.filter(|(k, ends)| ends.iter().all(|away| *away >= self.near_wall(*k)));
+        moved.flat_map(|(_, ends)| ends)
     }
 
     /// True if the package in this traced column or row stands for one or more.
@@ -332,6 +340,19 @@ mod tests {
             assert!(are_equal(places.axes_mm()[80], [32.0, 32.0]));
             assert!(are_equal(places.area_mm(1), [-36.0, 72.0]));
         }
+        // Widened: those beside walls, and one in the middle; of even columns two.
+        for (whole, expected) in [(48, [0, 1, 15, 15, 29, 30]), (12, [0, 1, 5, 6, 10, 11])] {
+            let traced = whole.min(31);
+            let places = Places::new(&square(traced), Some([whole; 2]), Some([5; 2]));
+            let places = places.expect("large enough");
+            let of = [0, 1, 2, whole - 3, whole - 2, whole - 1].map(|i| places.stand_in(0, i));
+            assert_eq!(of, expected);
+            assert!((0..traced).all(|i| places.is_traced(0, i) == expected.contains(&i)));
+            let away = |i: usize| places.moved_to([i, 0]).collect::<Vec<usize>>();
+            assert_eq!((away(1), away(4)), (Vec::new(), vec![4, whole - 5]));
+        }
+        let places = Places::new(&square(10), Some([10; 2]), Some([5; 2])).expect("large enough");
+        assert!((0..10).all(|i| places.stand_in(0, i) == i) && !places.is_extended(0));
     }
 
     #[test]

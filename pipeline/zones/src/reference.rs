@@ -14,6 +14,7 @@ use super::Array;
 use super::cells::{Cells, inside};
 use super::estimates::figure;
 use super::superposition::{Block, Piece, RowOfGroups, rows, rows_of_parts};
+use super::walls::AtWalls;
 
 /// Bins of the map at full drive times groups, beyond which groups are merged for its extremes.
 const MAX_VALUES: usize = 20_000_000;
@@ -62,11 +63,11 @@ pub struct Beyond {
     pub reach: usize,
     /// Share of its light beyond; `None` where the light does not fall off towards the walls.
     pub share: Option<Estimate>,
-    /// Light that is too much beside walls, of all packages that are moved towards one, over that of
-    /// one package; `None` where the traced array is the stated one.
+    /// Light that lies wrong beside walls to which packages are moved, over the mean at full drive;
+    /// `None` where the traced array is the stated one.
     pub walls: Option<Estimate>,
-    /// The most that the law of the walls is off, over the light beyond them.
-    pub law: f64,
+    /// The most that lies wrong of light beyond walls, over it.
+    pub error_of_images: f64,
     /// Share of its light on the cell of a package so many places away or farther, at most.
     pub falls: Vec<f64>,
 }
@@ -340,15 +341,53 @@ impl Array<'_> {
         let without: Option<Vec<f64>> = (0..last).map(share).collect();
         let share = share(last).zip(without);
         let share = share.map(|(value, all)| JackknifedFigure::new(value, all).estimate());
-        let whole = |shell: usize| shells[shell][last] / (packages(shell) * all[last]);
-        let mut falls: Vec<f64> = (0..=reach).map(whole).collect();
-        for shell in (0..reach).rev() {
-            falls[shell] = falls[shell].max(falls[shell + 1]);
-        }
+        let falls = self.falls((&block, at), centre, reach);
+        let falls = falls.into_iter().map(|light| light / all[last]).collect();
         let walls = [0, 1].map(|axis| self.error_at_walls(axis, channel)).into_iter().flatten();
-        let walls = walls.max_by(|a, b| a.moved.value.abs().total_cmp(&b.moved.value.abs()));
-        let law = walls.map_or(0.0, |walls| walls.law);
-        Some(Beyond { reach, share, walls: walls.map(|walls| walls.moved), law, falls })
+        // A corner has the errors of both.
+        let (mut wrong, mut error_of_images) = (None, 0.0);
+        for AtWalls { error, share } in walls {
+            wrong = Some(wrong.map_or(share, |other: Estimate| {
+                let error = other.standard_error.hypot(share.standard_error);
+                Estimate::new(other.value + share.value, error)
+            }));
+            error_of_images = f64::max(error_of_images, error);
+        }
+        Some(Beyond { reach, share, walls: wrong, error_of_images, falls })
+    }
+
+    /// The most light of a response on a cell of a package so many places from its own or farther: two
+    /// standard errors above the means of rings.
+    fn falls(
+        &self,
+        (block, at): (&Block, [isize; 2]),
+        centre_mm: [f64; 2],
+        reach: usize,
+    ) -> Vec<f64> {
+        let (pitch, frame) = (self.places.pitch_mm, self.receiver.frame);
+        let away =
+            |k: usize, bin: usize| (frame.at_mm(k, at[k] + bin as isize) - centre_mm[k]) / pitch[k];
+        let mut rings = vec![(0.0, vec![0.0; block.groups]); reach + 1];
+        for j in 0..block.bins[1] {
+            for i in 0..block.bins[0] {
+                let ring = away(0, i).hypot(away(1, j)).round() as usize;
+                let Some((count, sums)) = rings.get_mut(ring) else { continue };
+                *count += 1.0;
+                for (group, sum) in sums.iter_mut().enumerate() {
+                    *sum += block.row(group, j)[i];
+                }
+            }
+        }
+        let bins_of_cell = pitch[0] / frame.bin_mm[0] * (pitch[1] / frame.bin_mm[1]);
+        let mut most = 0.0;
+        let mut falls: Vec<f64> = Vec::with_capacity(rings.len());
+        for (count, sums) in rings.iter().rev() {
+            let mean = figure(readings(sums), f64::max(*count, 1.0), block.one_path);
+            most = f64::max(most, (mean.value + 2.0 * mean.standard_error) * bins_of_cell);
+            falls.push(most);
+        }
+        falls.reverse();
+        falls
     }
 
     /// Light that any place may lack or have too much at these drives of the zones, over the mean at
@@ -356,13 +395,13 @@ impl Array<'_> {
     pub(super) fn share_beyond(&self, beyond: Option<&Beyond>, drives: &[f64]) -> f64 {
         let Some(beyond) = beyond else { return 0.0 };
         let largest = drives.iter().copied().fold(0.0, f64::max);
-        let ([share, walls], last) = (beyond.bounds(), beyond.falls.len() - 1);
+        let ([share, walls], last) = (beyond.bounds(), beyond.falls.len().saturating_sub(1));
         let (mut far, mut beside) = (0.0, 0.0);
         for (packages, drive) in self.places.packages_by_zone().iter().zip(drives) {
             for package in packages {
                 far += drive * beyond.falls[last];
-                if let Some(away) = self.places.moved_to(*package) {
-                    beside += drive * beyond.law * beyond.falls[away.min(last)];
+                for away in self.places.moved_to(*package) {
+                    beside += drive * beyond.error_of_images * beyond.falls[away.min(last)];
                 }
             }
         }

@@ -3,10 +3,13 @@
 //! near one, is mirrored in it times the share that comes back; packages nearer to the wall, which are
 //! traced where they stand, tell this share, and how far the law is off.
 
+use std::f64::consts::FRAC_2_PI;
+
 use design::Design;
-use metrics::{Estimate, JackknifedFigure};
+use metrics::Estimate;
 
 use super::Array;
+use super::estimates::figure;
 use super::map_receiver::Frame;
 use super::places::Places;
 use super::reference::readings;
@@ -16,59 +19,69 @@ use super::superposition::{Piece, rows};
 /// Walls about the whole array.
 #[derive(Debug, Clone)]
 pub(super) struct Walls {
-    /// Twice the bin at which the lower and the upper wall stand, along x and y.
-    twice: [[isize; 2]; 2],
+    /// Places of the lower and the upper wall along x and y, in halves of a bin.
+    half_bins: [[isize; 2]; 2],
     /// Bins of the whole map.
     bins: [usize; 2],
     /// Share of the light beyond a wall that comes back, of each part of the light, along x and y.
     returned: Vec<[f64; 2]>,
 }
 
-/// Light of a package near a wall, by groups of paths.
+/// Light of a package near a wall, by cells of a pitch from the wall on and by groups of paths.
 struct NearWall {
     /// Traced where it stands.
-    traced: Vec<f64>,
-    /// Of the inner package moved there: within the wall, and beyond it.
-    within: Vec<f64>,
-    beyond: Vec<f64>,
+    traced: Vec<Vec<f64>>,
+    /// Of the inner package moved there: within the wall, and its image from beyond it.
+    within: Vec<Vec<f64>>,
+    image: Vec<Vec<f64>>,
 }
 
-/// Error of the law of the walls.
+/// Light that lies wrong beside the walls across an axis.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AtWalls {
-    /// The most that it is off, over the light beyond a wall.
-    pub law: f64,
-    /// Light that it gives too much, of all packages from those that are moved on, over that of one.
-    pub moved: Estimate,
+    /// The most of it over the light beyond a wall.
+    pub error: f64,
+    /// What all packages that are moved make of it at a place beside a wall, over the mean at full drive.
+    pub share: Estimate,
 }
 
 impl Walls {
     /// Walls of `design`, or none, about the whole array, whose map is `frame`.
     pub fn new(design: &Design, places: &Places, (step, frame): ([usize; 2], Frame)) -> Self {
-        let twice = [0, 1].map(|k| {
+        let half_bins = [0, 1].map(|k| {
             let more = (places.whole[k] - places.traced[k]) as f64 * places.pitch_mm[k];
             let of_walls = design.housing_half_mm().filter(|_| step[k] > 0);
             let low = of_walls.map_or(frame.low_mm[k], |half| -half[k] - 0.5 * more);
             let low = (2.0 * (low - frame.low_mm[k]) / frame.bin_mm[k]).round() as isize;
             [low, 2 * frame.bins[k] as isize - low]
         });
-        Self { twice, bins: frame.bins, returned: Vec::new() }
+        Self { half_bins, bins: frame.bins, returned: Vec::new() }
     }
 
     /// A piece of a part of the light, and its images in the walls that it crosses.
     pub fn folded<'a>(&self, piece: Piece<'a>, part: usize) -> Vec<Piece<'a>> {
-        let within = self.twice.map(|[low, high]| [low.div_euclid(2), (high + 1).div_euclid(2)]);
+        let is_moved = |k: usize| {
+            piece.at[k] < 0 || piece.at[k] + piece.bins()[k] as isize > self.bins[k] as isize
+        };
+        let within = [0, 1].map(|k| {
+            let [low, high] = self.half_bins[k];
+            if is_moved(k) {
+                [low.div_euclid(2), (high + 1).div_euclid(2)]
+            } else {
+                piece.within[k]
+            }
+        });
         let mut pieces = vec![Piece { within, ..piece }];
         for k in 0..2 {
             let end = piece.at[k] + piece.bins()[k] as isize;
             let crossed = [piece.at[k] < 0, end > self.bins[k] as isize];
-            let walls = self.twice[k].into_iter().zip(crossed).filter(|(_, crossed)| *crossed);
+            let walls = self.half_bins[k].into_iter().zip(crossed).filter(|(_, crossed)| *crossed);
             let returned = self.returned.get(part).map_or(1.0, |shares| shares[k]);
             let images: Vec<Piece> = walls
-                .flat_map(|(twice, _)| {
+                .flat_map(|(half_bins, _)| {
                     pieces.iter().map(move |piece| {
                         let mut image = Piece { weight: returned * piece.weight, ..*piece };
-                        image.at[k] = twice - end;
+                        image.at[k] = half_bins - end;
                         image.turn.mirror[k] = !image.turn.mirror[k];
                         image
                     })
@@ -83,12 +96,12 @@ impl Walls {
 impl Array<'_> {
     /// Finds what comes back of light beyond the walls, in each part.
     pub(super) fn find_returned(&mut self) {
-        let sum = |groups: &[f64]| groups.iter().sum::<f64>();
+        let sum = |cells: &[Vec<f64>]| cells.iter().flatten().sum::<f64>();
         let of_part = |part: usize| {
             [0, 1].map(|axis| {
                 let Some(away) = self.places.near_wall(axis).checked_sub(1) else { return 1.0 };
                 let near = self.near_walls(axis, away, part);
-                let beyond: f64 = near.iter().map(|near| sum(&near.beyond)).sum();
+                let beyond: f64 = near.iter().map(|near| sum(&near.image)).sum();
                 let missing = near.iter().map(|near| sum(&near.traced) - sum(&near.within));
                 if beyond > 0.0 { (missing.sum::<f64>() / beyond).clamp(0.0, 1.0) } else { 1.0 }
             })
@@ -96,43 +109,65 @@ impl Array<'_> {
         self.walls.returned = (0..self.parts.len()).map(of_part).collect();
     }
 
-    /// How far the law of the walls across an axis is off, for a package one place nearer to a wall than
-    /// those that tell what comes back; of one channel, or all. `None` where none is moved.
+    /// Light that lies wrong beside the walls across an axis: the law beside what is traced, cell by
+    /// cell, for a package one place nearer than those that tell what comes back; of one channel, or all.
+    /// `None` where none is moved.
     pub(super) fn error_at_walls(&self, axis: usize, channel: Option<usize>) -> Option<AtWalls> {
-        let groups = self.responses.groups;
         let near_wall = self.places.near_wall(axis);
         let away = near_wall.checked_sub(2).filter(|_| self.is_moved(axis))?;
-        let [mut error, mut beyond, mut moved, mut all] = [(); 4].map(|()| vec![0.0; groups]);
+        let (groups, cells) = (self.responses.groups, self.places.traced[axis]);
+        // Differences in the cells of both walls, light beyond them, there and one place farther, and all.
+        let mut wrong = vec![vec![0.0; groups]; 2 * cells];
+        let [mut beyond, mut farther, mut all] = [(); 3].map(|()| vec![0.0; groups]);
+        let add = |to: &mut [f64], factor: f64, from: &[f64]| {
+            to.iter_mut().zip(from).for_each(|(sum, value)| *sum += factor * value);
+        };
+        let mut one_path = 0.0;
         for (number, part) in self.parts.iter().enumerate() {
             if channel.is_some_and(|channel| part.channel != channel) {
                 continue;
             }
             let (returned, y) = (self.walls.returned[number][axis], part.xyz[1]);
-            let near = self.near_walls(axis, away, number);
-            let others = near_wall..=self.places.reach(axis);
-            let others: Vec<NearWall> =
-                others.flat_map(|away| self.near_walls(axis, away, number)).collect();
-            for group in 0..groups {
-                for near in &near {
-                    let law = near.within[group] + returned * near.beyond[group];
-                    error[group] += y * (law - near.traced[group]);
-                    beyond[group] += y * near.beyond[group];
-                    all[group] += y * (near.within[group] + near.beyond[group]);
+            one_path += y * self.one_path_of_inner(number);
+            for (wall, near) in self.near_walls(axis, away, number).iter().enumerate() {
+                for cell in 0..cells {
+                    let wrong = &mut wrong[wall * cells + cell];
+                    add(wrong, y, &near.within[cell]);
+                    add(wrong, y * returned, &near.image[cell]);
+                    add(wrong, -y, &near.traced[cell]);
+                    add(&mut beyond, y, &near.image[cell]);
+                    add(&mut all, y, &near.within[cell]);
+                    add(&mut all, y, &near.image[cell]);
                 }
-                moved[group] += y * others.iter().map(|near| near.beyond[group]).sum::<f64>();
+            }
+            for near in self.near_walls(axis, away + 1, number) {
+                near.image.iter().for_each(|cell| add(&mut farther, y, cell));
             }
         }
-        let [error, beyond, moved, all] =
-            [error, beyond, moved, all].map(|groups| readings(&groups));
-        let estimate = |of: &dyn Fn(usize) -> f64| {
-            JackknifedFigure::new(of(groups), (0..groups).map(of).collect()).estimate()
-        };
+        let [beyond, farther, all] = [beyond, farther, all].map(|groups| readings(&groups));
         if beyond.iter().any(|light| *light <= 0.0) {
             return None;
         }
-        let law = estimate(&|k| error[k] / beyond[k]);
-        let moved = estimate(&|k| error[k] / beyond[k] * moved[k] / all[k]);
-        Some(AtWalls { law: law.value.abs() + 2.0 * law.standard_error, moved })
+        // Absolute differences less those of noise alone.
+        let wrong = wrong.iter().map(|cell| figure(readings(cell), 1.0, one_path));
+        let (mut sum, mut noise, mut square) = (0.0, 0.0, 0.0);
+        for cell in wrong {
+            sum += cell.value.abs();
+            noise += FRAC_2_PI.sqrt() * cell.standard_error;
+            square += cell.standard_error.powi(2);
+        }
+        let of_beyond = |light: f64| (light / beyond[groups]).min(1.0);
+        let error = Estimate::new(of_beyond((sum - noise).max(0.0)), of_beyond(square.sqrt()));
+        Some(AtWalls {
+            error: (error.value + 2.0 * error.standard_error).min(1.0),
+            share: error.times(farther[groups] / all[groups]),
+        })
+    }
+
+    /// What one path of the inner package adds to a bin.
+    fn one_path_of_inner(&self, part: usize) -> f64 {
+        let middle = self.places.traced.map(|count| (count - 1) / 2);
+        self.responses.at(middle, part).block.one_path
     }
 
     /// True if responses are moved towards the walls along an axis.
@@ -155,32 +190,34 @@ impl Array<'_> {
             profile(responses, (place, part), bins, axis)
         };
         let inner = at(middle[axis]);
-        let low = self.walls.twice[axis][0];
+        let (groups, step) = (responses.groups, self.step[axis] as isize);
+        let low = self.walls.half_bins[axis][0];
         let near = |is_low: bool| {
             let number = if is_low { away } else { traced[axis] - 1 - away };
-            let moved = 2 * (middle[axis] as isize - number as isize) * self.step[axis] as isize;
-            // Bins of the inner package that stand beyond the wall once it is moved.
-            let wall = if is_low { low } else { 2 * bins[axis] as isize - low };
-            let is_beyond = |bin: usize| {
-                let twice = 2 * bin as isize + 1 - moved;
-                if is_low { twice < wall } else { twice > wall }
+            let moved = (middle[axis] as isize - number as isize) * step;
+            // Cell of a bin, counted from the wall; negative beyond it.
+            let cell = |bin: isize| {
+                let from_wall = if is_low {
+                    2 * bin + 1 - low
+                } else {
+                    2 * bins[axis] as isize - low - 2 * bin - 1
+                };
+                from_wall.div_euclid(2 * step)
             };
-            let sum = |profile: &[Vec<f64>], is_counted: &dyn Fn(usize) -> bool| {
-                let mut sums = vec![0.0; responses.groups];
-                let counted = profile.iter().enumerate().filter(|(bin, _)| is_counted(*bin));
-                for (_, groups) in counted {
-                    sums.iter_mut().zip(groups).for_each(|(sum, value)| *sum += value);
+            let sums = |profile: &[Vec<f64>], cell: &dyn Fn(isize) -> isize| {
+                let mut sums = vec![vec![0.0; groups]; traced[axis]];
+                for (bin, values) in profile.iter().enumerate() {
+                    let cell = usize::try_from(cell(bin as isize)).ok();
+                    if let Some(sums) = cell.and_then(|cell| sums.get_mut(cell)) {
+                        sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += value);
+                    }
                 }
                 sums
             };
             NearWall {
-                traced: if places.is_traced(axis, number) {
-                    sum(&at(number), &|_| true)
-                } else {
-                    Vec::new()
-                },
-                within: sum(&inner, &|bin| !is_beyond(bin)),
-                beyond: sum(&inner, &is_beyond),
+                traced: sums(&at(number), &cell),
+                within: sums(&inner, &|bin| cell(bin - moved)),
+                image: sums(&inner, &|bin| -1 - cell(bin - moved)),
             }
         };
         [true, false].map(near).into()

@@ -61,13 +61,10 @@ impl<'a> WideDesign<'a> {
         let count = parts.as_ref().map(Vec::len);
         let bytes = |traced: [usize; 2]| -> f64 {
             let of_axis = |k: usize| {
-                let (responses, bins) = if places.is_extended(k) {
-                    let more = (traced[k] - places.stated[k]) * step[k];
-                    (2 * places.near_wall(k) + 2, receiver.frame.bins[k] + more)
-                } else {
-                    (places.stated[k], receiver.frame.bins[k])
-                };
-                (responses * bins) as f64
+                let bins = receiver.frame.bins[k] + (traced[k] - places.stated[k]) * step[k];
+                let is_copied = places.whole[k] > traced[k] || traced[k] > 2 * places.stated[k];
+                let few = 2 * places.near_wall(k) + 2 - traced[k] % 2;
+                (bins * if is_copied { few } else { traced[k] }) as f64
             };
             8.0 * of_axis(0) * of_axis(1) * (count.unwrap_or(1) * groups_of(count)) as f64
         };

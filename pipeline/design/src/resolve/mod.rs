@@ -23,7 +23,7 @@ mod panel;
 mod polariser;
 mod positions;
 mod prints;
-mod receivers;
+pub(crate) mod receivers;
 mod relief;
 mod scattering;
 mod solids;
@@ -54,7 +54,7 @@ use super::schema;
 use runtime::serde_arrays::List;
 
 /// Most bins of the plane: 64 groups of them in double precision are half a gigabyte.
-const MAX_BINS: f64 = 1e6;
+pub(crate) const MAX_BINS: f64 = 1e6;
 /// Most bins across a spot: nine points at all phases of the pitch are 1296 spots.
 const MAX_SPOT_BINS: f64 = 100.0;
 

@@ -9,6 +9,7 @@ use super::Design;
 use super::array::PackagePositions;
 use super::receivers::CheckedReceiver;
 use super::solids::CheckedSolid;
+use crate::resolve::{MAX_BINS as MAX_PLANE_BINS, receivers::MAX_BINS};
 use crate::schema::Arrangement;
 use crate::schema::receivers::{Normal, ReceiverForm};
 use crate::schema::solids::{Per, SolidForm};
@@ -17,8 +18,8 @@ impl Design {
     /// The design with so many columns and rows of packages at its pitch. Walls, films and
     /// plates over all are as far from the outermost packages as before; of the receivers the one called `receiver` is left, wider
     /// by as much. `None` where something would not repeat: packages that differ or stand in no full
-    /// rows, other solids that stand once, prints, a receiver that faces aside or whose bins do not divide the
-    /// pitch.
+    /// rows, other solids that stand once, prints; a receiver that faces aside, looks aside, reads some light alone or
+    /// has bins that do not divide the pitch; more bins than a design may have.
     pub fn widened(&self, packages: [usize; 2], receiver: Option<&str>) -> Option<Self> {
         let arrangement = Arrangement::Square;
         let PackagePositions::Grid { columns, rows, arrangement: Arrangement::Square } =
@@ -53,7 +54,14 @@ impl Design {
         for receiver in &mut wide.receivers {
             receiver.widen(more_mm)?;
         }
-        Some(wide)
+        if receiver.is_some() {
+            // Nothing reads the plane.
+            let least = pitch_mm[0].min(pitch_mm[1]);
+            wide.receiver.bin_mm = wide.receiver.bin_mm.max(0.25 * least);
+        }
+        let plane = wide.cells_mm().map(|length| length / wide.receiver.bin_mm);
+        let bins: usize = wide.receivers.iter().map(|receiver| receiver.detector.bins()).sum();
+        (plane[0] * plane[1] <= MAX_PLANE_BINS && bins as f64 <= MAX_BINS).then_some(wide)
     }
 }
 
@@ -69,6 +77,7 @@ impl CheckedSolid {
         }
         (0..2).for_each(|k| flat.size_mm.0[k] += more_mm[k]);
         let half = 0.5 * DVec3::from_array(flat.size_mm.0);
+        self.symmetry = self.symmetry.min(self.form.symmetry(&self.stated.kind));
         self.form.pieces = vec![Shape::cuboid(-half, half).ok()?];
         for at in self.form.outline.iter_mut().filter(|at| at[0] > 0.0) {
             at[0] += 0.5 * more_mm[0];
@@ -81,6 +90,9 @@ impl CheckedReceiver {
     /// Makes a level rectangle longer along x and y, by whole bins.
     fn widen(&mut self, more_mm: [f64; 2]) -> Option<()> {
         let stated = self.stated.kind.rectangle().filter(|of| of.normal == Normal::Up)?;
+        if self.stated.shared.only.is_some() {
+            return None;
+        }
         let (mut size_mm, mut bins) = (stated.size_mm, stated.bins);
         for k in 0..2 {
             let more = more_mm[k] * bins[k] as f64 / size_mm[k];
@@ -100,6 +112,7 @@ impl CheckedReceiver {
         };
         (size.0, count.0) = (size_mm, bins);
         match measurement {
+            Measurement::Luminance(_, angles) if angles.has_view() => return None,
             Measurement::Plane(rectangle) | Measurement::Luminance(rectangle, _) => {
                 *rectangle = wide;
             }
