@@ -316,13 +316,13 @@ fn light_that_is_moved_to_walls_is_that_of_the_whole_array() {
         for (a, b) in tables[0].iter().zip(&tables[1]) {
             let off = (a[5] - b[5]).abs() / a[6].hypot(b[6]);
             assert!(off < 4.5, "{reflectance}: {a:?} {b:?}");
-            assert!(a[6] < 0.02 * brightest, "{reflectance}: {a:?}");
+            assert!(a[6] < 0.06 * brightest, "{reflectance}: {a:?}");
             chi_square += off * off;
         }
         assert!(chi_square < 2.0 * tables[0].len() as f64, "{reflectance}: {chi_square}");
         let (a, b) = (estimate(&few["white"]), estimate(&all["white"]));
         assert!((a.0 - b.0).abs() < 4.0 * a.1.hypot(b.1), "{reflectance}: {a:?} {b:?}");
-        assert!(a.1 < 0.03 * a.0, "{reflectance}: {a:?}");
+        assert!(a.1 < 0.06 * a.0, "{reflectance}: {a:?}");
     }
 }
 

@@ -83,9 +83,9 @@ pub struct ZonesFile {
     pub paths: u64,
     /// Number of responses.
     pub responses: usize,
-    /// Light of an inner package beyond the traced ones: `packages` to the walls of the traced
-    /// array, and the `share` beyond them, null where it does not fall off; all null where all
-    /// packages are traced.
+    /// Light of an inner package that its response does not show in place: `packages` to the walls of the
+    /// traced array, the `share` beyond them, null where it does not fall off, and what lies wrong beside
+    /// `walls` that packages are moved to, null where none is; all null where all packages are traced.
     pub beyond_reach: Option<BeyondReach>,
     /// Contrast of the panel: largest over smallest transmittance.
     pub contrast: f64,

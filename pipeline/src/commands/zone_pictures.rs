@@ -337,7 +337,7 @@ impl<'a> Pictures<'a> {
             _ => None,
         };
         let power_share = power_share(&drives, &powers);
-        Ok(Frame { dimmed, needs, law, power_share, painted, drives })
+        Ok(Frame { dimmed, drives, needs, law, power_share, painted })
     }
 
     /// Light that each channel emits at its level of full drive.

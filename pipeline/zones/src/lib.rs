@@ -299,17 +299,14 @@ impl<'a> ZonedDesign<'a> {
         let area = [0, 1].map(|axis| self.places.area_mm(axis));
         // The bound of the bias at full drive, and in the pattern.
         let beyond = reference.beyond.as_ref().map_or(0.0, reference::Beyond::bound);
-        let light_beyond = match pattern.full {
-            Some(full) => {
-                let channels = full.beyond.iter().zip(pattern.drives);
-                let share =
-                    |(of, drives): (&Option<_>, &Vec<f64>)| array.share_beyond(of.as_ref(), drives);
-                full.beyond_light(&channels.map(share).collect::<Vec<f64>>())
-            }
-            None => {
-                let share = array.share_beyond(reference.beyond.as_ref(), &pattern.drives[0]);
-                BeyondLight { parts: vec![share * reference.white[groups]], of_white: beyond }
-            }
+        let light_beyond = if let Some(full) = pattern.full {
+            let channels = full.beyond.iter().zip(pattern.drives);
+            let share =
+                |(of, drives): (&Option<_>, &Vec<f64>)| array.share_beyond(of.as_ref(), drives);
+            full.beyond_light(&channels.map(share).collect::<Vec<f64>>())
+        } else {
+            let share = array.share_beyond(reference.beyond.as_ref(), &pattern.drives[0]);
+            BeyondLight { parts: vec![share * reference.white[groups]], of_white: beyond }
         };
         let luminance = light_beyond.parts.iter().zip(&array.parts);
         let bias: f64 = luminance.map(|(light, part)| light * part.xyz[1]).sum();

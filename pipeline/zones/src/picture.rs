@@ -173,9 +173,9 @@ mod tests {
             let light = PictureLight::new(&image, (None, Transfer::Gamma(2.0)), white);
             let [dim, full] = light.expect("grey").xyz[..] else { panic!("two pixels") };
             let xyz = chromaticity::xyz_of_xy(white);
-            for k in 0..3 {
+            for (k, expected) in xyz.into_iter().enumerate() {
                 let [dim, full] = [dim, full].map(|xyz| f64::from(xyz[k]));
-                assert!((full - xyz[k]).abs() < 1e-6 && (dim - xyz[k] / 16.0).abs() < 1e-5);
+                assert!((full - expected).abs() < 1e-6 && (dim - expected / 16.0).abs() < 1e-5);
             }
             let to_rgb = to_painted(white);
             assert!(apply(&to_rgb, xyz).iter().all(|value| (value - 1.0).abs() < 1e-12));

@@ -428,9 +428,9 @@ pub(super) fn sum_of(pieces: &[Piece], groups: usize) -> (Block, [isize; 2]) {
     let bins = [0, 1].map(|k| (end[k] - at[k]).max(0) as usize);
     let mut moved = pieces.to_vec();
     for piece in &mut moved {
-        for k in 0..2 {
-            piece.at[k] -= at[k];
-            piece.within[k] = piece.within[k].map(|end| end.saturating_sub(at[k]));
+        for (k, first) in at.into_iter().enumerate() {
+            piece.at[k] -= first;
+            piece.within[k] = piece.within[k].map(|end| end.saturating_sub(first));
         }
     }
     (Block::sum(bins, groups, &moved), at)

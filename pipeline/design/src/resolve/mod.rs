@@ -23,7 +23,7 @@ mod panel;
 mod polariser;
 mod positions;
 mod prints;
-pub(crate) mod receivers;
+mod receivers;
 mod relief;
 mod scattering;
 mod solids;
@@ -31,6 +31,7 @@ mod source_spectra;
 mod source_table;
 mod sources;
 pub mod tables;
+mod widened;
 
 pub use dome::rows_in_file;
 
@@ -54,7 +55,7 @@ use super::schema;
 use runtime::serde_arrays::List;
 
 /// Most bins of the plane: 64 groups of them in double precision are half a gigabyte.
-pub(crate) const MAX_BINS: f64 = 1e6;
+const MAX_BINS: f64 = 1e6;
 /// Most bins across a spot: nine points at all phases of the pitch are 1296 spots.
 const MAX_SPOT_BINS: f64 = 100.0;
 

@@ -18,7 +18,7 @@ use metrics::kinds::Carrying;
 use runtime::serde_arrays::List;
 
 /// Most bins of all receivers together: 64 groups of them in double precision are two gigabytes.
-pub(crate) const MAX_BINS: f64 = 4e6;
+pub(super) const MAX_BINS: f64 = 4e6;
 
 /// Longest rectangle, and its farthest place, mm: a thousand kilometres, for what is far away.
 const MAX_SIZE_MM: f64 = 1e9;

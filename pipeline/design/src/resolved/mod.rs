@@ -23,7 +23,6 @@ pub mod scattering;
 pub mod solids;
 pub mod sources;
 pub mod trace_key;
-mod widened;
 
 use std::collections::HashMap;
 use std::ops::RangeInclusive;

@@ -91,7 +91,7 @@ fn reduced(path: &Path, most: usize) -> Result<Vec<u8>> {
     let whole = Pixmap::decode_png(&png).with_context(|| format!("`{shown}`: expected a PNG"))?;
     let size = [whole.width(), whole.height()].map(|count| count as usize);
     let pixels = |block: usize| size[0].div_ceil(block) * size[1].div_ceil(block);
-    let block = (1..).find(|block| pixels(*block) <= most.max(1)).unwrap_or(1);
+    let block = (1..=size[0].max(size[1])).find(|block| pixels(*block) <= most.max(1)).unwrap_or(1);
     let columns = size[0].div_ceil(block);
     let small = Pixmap::new(columns as u32, size[1].div_ceil(block) as u32);
     let mut small = small.with_context(|| format!("no memory for `{shown}`"))?;

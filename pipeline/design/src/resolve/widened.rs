@@ -5,14 +5,15 @@ use tracer::glam::DVec3;
 use tracer::receiver::DetectorRectangle;
 use tracer::{Detector, Measurement, Shape};
 
-use super::Design;
-use super::array::PackagePositions;
-use super::receivers::CheckedReceiver;
-use super::solids::CheckedSolid;
-use crate::resolve::{MAX_BINS as MAX_PLANE_BINS, receivers::MAX_BINS};
-use crate::schema::Arrangement;
+use super::MAX_BINS as MAX_PLANE_BINS;
+use super::receivers::MAX_BINS;
+use crate::resolved::Design;
+use crate::resolved::array::PackagePositions;
+use crate::resolved::receivers::CheckedReceiver;
+use crate::resolved::solids::CheckedSolid;
 use crate::schema::receivers::{Normal, ReceiverForm};
 use crate::schema::solids::{Per, SolidForm};
+use crate::schema::{Arrangement, is_default};
 
 impl Design {
     /// The design with so many columns and rows of packages at its pitch. Walls, films and
@@ -70,9 +71,9 @@ impl CheckedSolid {
     fn widen(&mut self, reach_mm: [f64; 2], more_mm: [f64; 2]) -> Option<()> {
         let [x, y, _] = self.stated.shared.position_mm.0;
         let SolidForm::Box(flat) = &mut self.stated.kind else { return None };
-        let is_level = flat.rotation_deg.is_none_or(|angles| angles.0 == [0.0; 3]);
+        let is_level = flat.rotation_deg.is_none_or(|angles| is_default(&angles.0));
         let is_over_all = (0..2).all(|k| 0.5 * flat.size_mm.0[k] >= reach_mm[k]);
-        if !(is_level && is_over_all && [x, y] == [0.0; 2]) {
+        if !(is_level && is_over_all && is_default(&[x, y])) {
             return None;
         }
         (0..2).for_each(|k| flat.size_mm.0[k] += more_mm[k]);
