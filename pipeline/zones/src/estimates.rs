@@ -2,7 +2,7 @@
 //! Estimates of sums over bins, with bounds of their bias.
 
 use metrics::hits::with_one_path;
-use metrics::{Estimate, JackknifedFigure};
+use metrics::{Estimate, JackknifedFigure, without_group};
 
 /// The estimate with this bound of its bias, if there is one.
 pub(super) fn biased(estimate: Estimate, bias: f64) -> Estimate {
@@ -23,4 +23,11 @@ pub(super) fn figure(mut sums: Vec<f64>, bins: f64, one_path: f64) -> Jackknifed
     let figure = JackknifedFigure::new(value, sums);
     let known = with_one_path(figure.estimate(), one_path / bins);
     JackknifedFigure { standard_error: known.standard_error, ..figure }
+}
+
+/// Sums without each group, scaled to all, then the sum of all.
+pub(super) fn readings(groups: &[f64]) -> Vec<f64> {
+    let total: f64 = groups.iter().sum();
+    let without = groups.iter().map(|group| without_group(total, *group, groups.len()));
+    without.chain([total]).collect()
 }

@@ -8,11 +8,11 @@ use metrics::bins::Bins;
 use metrics::dimming::{beyond, radius_at};
 use metrics::figures::OF_RECEIVER;
 use metrics::layout::Layout;
-use metrics::{Estimate, Grouped, JackknifedFigure, without_group};
+use metrics::{Estimate, Grouped, JackknifedFigure};
 
 use super::Array;
 use super::cells::{Cells, inside};
-use super::estimates::figure;
+use super::estimates::{figure, readings};
 use super::superposition::{Block, Piece, RowOfGroups, rows, rows_of_parts};
 use super::walls::AtWalls;
 
@@ -408,13 +408,6 @@ impl Array<'_> {
         let far = if beyond.share.is_some() { far } else { largest };
         (far.min(share * largest) + beside.min(walls * largest)).min(largest)
     }
-}
-
-/// Sums without each group, scaled to all, then the sum of all.
-pub(super) fn readings(groups: &[f64]) -> Vec<f64> {
-    let total: f64 = groups.iter().sum();
-    let without = groups.iter().map(|group| without_group(total, *group, groups.len()));
-    without.chain([total]).collect()
 }
 
 /// The sum of pieces over the bins that they reach, and its first bin.

@@ -9,10 +9,9 @@ use design::Design;
 use metrics::Estimate;
 
 use super::Array;
-use super::estimates::figure;
+use super::estimates::{figure, readings};
 use super::map_receiver::Frame;
 use super::places::Places;
-use super::reference::readings;
 use super::responses::Responses;
 use super::superposition::{Piece, rows};
 
