@@ -13,8 +13,9 @@
 //! r_p are those of the traced array, shifted by whole bins ([`places`]) and folded at the walls of a
 //! larger one (`walls`). Light farther out than the traced array is missing, and the law of the walls
 //! is off: ε, the shares of both of an inner package's light ([`reference::Beyond`]). No place then lacks
-//! or has more than ε W max d_p, with W the mean at full drive: this bounds the bias of every value.
-//! Figures in colours have an ε and W of each channel.
+//! or has more than ε W max d_p, with W the mean at full drive, nor more than what the lit packages
+//! together send so far: the smaller one bounds the bias of every value. Figures in colours have an ε
+//! and W of each channel.
 
 mod cells;
 pub mod colour_estimates;

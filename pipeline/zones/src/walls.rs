@@ -13,7 +13,7 @@ use super::estimates::{figure, readings};
 use super::map_receiver::Frame;
 use super::places::Places;
 use super::responses::Responses;
-use super::superposition::{Piece, rows};
+use super::superposition::{Piece, RowOfGroups, rows};
 
 /// Walls about the whole array.
 #[derive(Debug, Clone)]
@@ -232,7 +232,7 @@ fn profile(
 ) -> Vec<Vec<f64>> {
     let piece = responses.at(place, part);
     if axis == 1 {
-        let sums = |_: usize, row: &super::superposition::RowOfGroups| {
+        let sums = |_: usize, row: &RowOfGroups| {
             (0..row.count()).map(|group| row.group(group).iter().sum()).collect()
         };
         return rows(bins, responses.groups, &[piece], sums);

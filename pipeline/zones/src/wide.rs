@@ -16,7 +16,8 @@ use super::map_receiver::MapReceiver;
 use super::places::Places;
 use super::responses::{ChannelLight, MAX_BYTES, groups_of};
 
-/// Packages along a side of the traced array, where as many stand in the whole one.
+/// Packages along a side of the traced array, where as many stand in the whole one. Chosen: behind the films
+/// of the shipped RGB backlight 1.7 % of the light falls beyond 13 of them.
 const TRACED: usize = 31;
 
 /// The traced design, and what it stands for.

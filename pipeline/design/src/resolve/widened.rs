@@ -16,11 +16,12 @@ use crate::schema::solids::{Per, SolidForm};
 use crate::schema::{Arrangement, is_default};
 
 impl Design {
-    /// The design with so many columns and rows of packages at its pitch. Walls, films and
-    /// plates over all are as far from the outermost packages as before; of the receivers the one called `receiver` is left, wider
-    /// by as much. `None` where something would not repeat: packages that differ or stand in no full
-    /// rows, other solids that stand once, prints; a receiver that faces aside, looks aside, reads some light alone or
-    /// has bins that do not divide the pitch; more bins than a design may have.
+    /// The design with so many columns and rows of packages at its pitch. Walls, films and plates over
+    /// all are as far from the outermost packages as before. Of the receivers the one called `receiver`
+    /// is left, wider by as much. `None` where something would not repeat: packages that differ or stand
+    /// in no full rows, other solids that stand once, prints, a receiver that faces or looks aside, reads
+    /// some light alone or has bins that do not divide the pitch. `None` as well of more bins than a
+    /// design may have.
     pub fn widened(&self, packages: [usize; 2], receiver: Option<&str>) -> Option<Self> {
         let arrangement = Arrangement::Square;
         let PackagePositions::Grid { columns, rows, arrangement: Arrangement::Square } =
