@@ -56,14 +56,16 @@ const MIN_NODES: f64 = 4.0;
 /// 5, 6, 7 and 8 nodes.
 const COARSE_NODES: f64 = 5.0;
 
-/// Unknowns of a tile, and of the smallest body that is cut into tiles: chosen.
-const TILE: usize = 1280;
-const LEAST_TILED: usize = 4 * TILE;
-/// Share of its unknowns by which a tile acts on others, for memory and time before it is known: ten rings of
-/// 10 µm have 0.21, and 170 take the memory of 0.17. The larger refuses too much rather than too little.
-const KEPT_SHARE: f64 = 0.22;
-/// Operations of skeletons over the square of the unknowns of a tile, chosen.
-const OPERATIONS_OF_TILE: f64 = 6e4;
+/// Unknowns of a tile by the unknowns of the body that it is cut from, chosen: larger tiles act on others by a
+/// smaller share of their unknowns, which a matrix holds, and take longer by themselves.
+const TILES: [(usize, usize); 2] = [(5120, 1280), (50_000, 2560)];
+/// Share of its unknowns by which a tile of 1280 acts on others, for memory and time before it is known: 34
+/// rings of 10 µm have 0.234, and with tiles of 2560 0.190.
+const KEPT_SHARE: f64 = 0.235;
+/// Change of that share for each doubling of a tile.
+const KEPT_OF_DOUBLE: f64 = 0.83;
+/// Operations of skeletons over the cube of the unknowns of a tile, chosen.
+const OPERATIONS_OF_TILE: f64 = 50.0;
 /// Operations of a factorisation over the cube of its unknowns: (2/3) n³ complex products and sums, four real
 /// ones each.
 const OPERATIONS_OF_FACTORS: f64 = 8.0 / 3.0;
@@ -80,14 +82,17 @@ const NUMBERS_OF_TILE: f64 = 1.5;
 /// Bytes of a complex number in single and in double precision.
 const SINGLE: f64 = 8.0;
 const DOUBLE: f64 = 16.0;
-/// Bytes that a thread takes for the matrices of a tile and of its neighbours, chosen.
-const BYTES_OF_THREAD: f64 = 1.3e8;
-/// Errors below which a cost counts a step of refinement: of one matrix in single precision, chosen, and of
-/// tiles. These state 3e-4 to 6e-4 on 16 rings of 10 µm, whether skeletons leave out 1e-5 or 2e-7.
+/// Bytes that a thread takes for the matrices of a tile and of its neighbours over the square of the unknowns
+/// of a tile, chosen.
+const BYTES_OF_THREAD: f64 = 80.0;
+/// Errors below which a cost counts a step of refinement: of one matrix in single precision, and of the finest
+/// skeletons. These state 3e-5 on 16 rings of 10 µm and 5e-5 on 34.
 const SINGLE_ERROR: f64 = 1e-5;
-const TILED_ERROR: f64 = 1e-3;
-/// Share of the largest kernels that skeletons leave out. Chosen: what single precision resolves.
+const TILED_ERROR: f64 = 1e-4;
+/// Share of the largest kernels that skeletons leave out, and what it is over the target: a share of 4e-6
+/// states errors of 1e-4 to 2e-4 on 34 rings. The least is what single precision resolves.
 const SKELETONS: f32 = 1e-6;
+const SKELETONS_OF_TARGET: f64 = 0.01;
 
 /// Fineness of the panels and memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,6 +136,8 @@ pub struct Cost {
     pub bytes: f64,
     /// Pairs of points whose kernels are computed for one polarisation.
     pub kernels: f64,
+    /// Steps of refinement that are counted, of which each takes all pairs.
+    pub refinements: u32,
     /// Floating-point operations of the factorisations for one polarisation, a complex product counted
     /// as four real ones.
     pub operations: f64,
@@ -188,8 +195,11 @@ impl Body {
         let index = [inside, outside];
         let max_bytes = resolution.max_bytes;
         let unknowns = mesh.panels.len() * PER_PANEL;
-        let tile = if unknowns < LEAST_TILED { unknowns } else { TILE };
-        let accuracy = Accuracy { target: resolution.target, tile, skeletons: SKELETONS };
+        let tile = TILES.iter().rfind(|(least, _)| unknowns >= *least);
+        let tile = tile.map_or(unknowns, |&(_, tile)| tile);
+        let target = resolution.target;
+        let skeletons = SKELETONS.max((SKELETONS_OF_TARGET * target) as f32);
+        let accuracy = Accuracy { target, tile, skeletons };
         let body = Self { outline: scaled, wavelength, index, mesh, max_bytes, accuracy };
         body.check_memory(body.cost().reduced)?;
         Ok(body)
@@ -199,27 +209,31 @@ impl Body {
     pub fn cost(&self) -> Cost {
         let unknowns = self.mesh.panels.len() * PER_PANEL;
         let is_tiled = self.accuracy.tile < unknowns;
-        let reduced = if is_tiled { (KEPT_SHARE * unknowns as f64) as usize } else { unknowns };
+        let tile = self.accuracy.tile as f64;
+        let kept = KEPT_SHARE * KEPT_OF_DOUBLE.powf((tile / TILES[0].1 as f64).log2());
+        let reduced = if is_tiled { (kept * unknowns as f64) as usize } else { unknowns };
         let (n, m, matrices) = (unknowns as f64, reduced as f64, self.parities().len());
         let (held, bytes) = self.held(reduced);
         let images = self.mesh.images.len() as f64;
-        let (points, tile) = (0.5 * n, 0.5 * TILE as f64);
-        let (tiles, times) = (points / tile, (matrices / held) as f64);
+        let points = 0.5 * n;
+        let (tiles, times) = (n / tile, (matrices / held) as f64);
         let first = if is_tiled { TILED_ERROR } else { SINGLE_ERROR };
-        let exact = if self.accuracy.target < first { 1.0 } else { SAMPLE as f64 / points };
+        let refinements = u32::from(self.accuracy.target < first);
+        let exact = f64::from(refinements).max(SAMPLE as f64 / points);
         let refined = points * points * exact.min(1.0);
         let (pairs, operations) = if is_tiled {
-            let of_skeletons = points * tile * (NEAR_PAIRS + FAR_PAIRS * tiles.ln());
+            let of_skeletons = 0.5 * points * tile * (NEAR_PAIRS + FAR_PAIRS * tiles.ln());
             let exchanged = EXCHANGED_PAIRS * points * points;
-            let of_tile = TILE as f64 * OPERATIONS_OF_FACTORS + OPERATIONS_OF_TILE;
-            let of_tiles = tiles * (TILE as f64).powi(2) * of_tile;
+            let of_tile = tile * (OPERATIONS_OF_FACTORS + OPERATIONS_OF_TILE);
+            let of_tiles = tiles * tile * tile * of_tile;
             let operations = OPERATIONS_OF_FACTORS * m * m * m + of_tiles;
             (of_skeletons + times * (refined + exchanged), operations)
         } else {
             (times * (refined + points * points), OPERATIONS_OF_FACTORS * n * n * n)
         };
         let operations = operations * matrices as f64;
-        Cost { unknowns, reduced, matrices, held, bytes, kernels: pairs * images, operations }
+        let kernels = pairs * images;
+        Cost { unknowns, reduced, matrices, held, bytes, kernels, refinements, operations }
     }
 
     /// Matrices that the memory holds, of so many unknowns, and their bytes.
@@ -232,8 +246,9 @@ impl Body {
         let factors = SINGLE * m * m * 1.05 + 12.0 * m * LU_WIDTH as f64;
         let each = if self.accuracy.tile < unknowns {
             let threads = rayon::current_num_threads() as f64;
-            let of_tiles = SINGLE * n * NUMBERS_OF_TILE * TILE as f64;
-            factors + SINGLE * m * m + of_tiles + BYTES_OF_THREAD * threads
+            let of_tiles = SINGLE * n * NUMBERS_OF_TILE * self.accuracy.tile as f64;
+            let of_threads = BYTES_OF_THREAD * (self.accuracy.tile as f64).powi(2) * threads;
+            factors + SINGLE * m * m + of_tiles + of_threads
         } else {
             factors + 3.0 * DOUBLE * n * n
         };
@@ -484,6 +499,7 @@ mod tests {
         let resolution = Resolution { max_bytes: 1e12, target, ..Resolution::within(1e-4) };
         let mut body = Body::new(outline, 0.55, [1.41, 1.0], resolution).unwrap();
         body.accuracy.tile = tile.unwrap_or(body.accuracy.tile);
+        body.accuracy.skeletons = SKELETONS;
         body
     }
 

@@ -3,6 +3,7 @@
 
 use crate::compression::{CMat, PER_PANEL};
 use crate::coupling::Coupling;
+use crate::lu::SingleMat;
 use crate::mesh::Mesh;
 use crate::quadrature::NODES;
 use crate::tile::{Skeletons, Tile};
@@ -54,6 +55,10 @@ impl<'a> System<'a> {
 
 pub(crate) fn single(z: Complex64) -> Complex32 {
     Complex32::new(z.re as f32, z.im as f32)
+}
+
+pub(crate) fn to_single(matrix: &CMat) -> SingleMat {
+    SingleMat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| single(matrix[(i, j)]))
 }
 
 /// Folds a corner's block to the panels that the mesh holds: images are added with their sign.

@@ -4,7 +4,7 @@
 
 use crate::compression::{CMat, PER_PANEL};
 use crate::coupling::Sides;
-use crate::equations::{System, single};
+use crate::equations::{System, single, to_single};
 use crate::lu::{Factors, SingleMat};
 use crate::tile::{Skeletons, Tile, nodes_of};
 use faer::linalg::matmul::matmul;
@@ -45,7 +45,7 @@ impl Own {
         let sign = system.parities[parity];
         let mut matrix =
             CMat::from_fn(size, size, |i, j| sides[0][(i, j)] + sign * sides[1][(i, j)]);
-        let mut collect = sends.interpolation.to_owned();
+        let mut collect = sends.basis.to_owned();
         for group in &system.groups {
             let Some(first) = tile.panels.iter().position(|panel| *panel == group.panels[0]) else {
                 continue;
@@ -64,7 +64,7 @@ impl Own {
             entries.extend(column.iter().enumerate().map(|(i, value)| single(value + unit(i))));
         }
         let factors = Factors::new(entries, size);
-        let spread = factors.solve(&receives.interpolation.transpose().to_owned());
+        let spread = factors.solve(&receives.basis.transpose().to_owned());
         let exchange = &collect * &spread;
         Self { factors, collect, spread, exchange }
     }
@@ -115,10 +115,15 @@ impl<'a> Reduced<'a> {
         }
         columns.into_par_iter().enumerate().for_each(|(source, mut columns)| {
             for target in (0..system.tiles.len()).filter(|target| *target != source) {
-                system.fill(target, source, |parity, j, values| {
-                    columns[parity][j * height + received[target]..][..values.len()]
-                        .copy_from_slice(values);
-                });
+                for (columns, block) in columns.iter_mut().zip(system.exchanged(target, source)) {
+                    for (j, values) in block.col_iter().enumerate() {
+                        let column = &mut columns[j * height + received[target]..];
+                        column
+                            .iter_mut()
+                            .zip(values.iter())
+                            .for_each(|(to, &from)| *to = single(from));
+                    }
+                }
             }
         });
         let mut all = Vec::new();
@@ -199,35 +204,28 @@ impl<'a> Reduced<'a> {
 }
 
 impl System<'_> {
-    /// Visits the columns of the kernels from the skeleton of one tile to that of another, by parity and
-    /// column.
-    fn fill(
-        &self,
-        target: usize,
-        source: usize,
-        mut visit: impl FnMut(usize, usize, &[Complex32]),
-    ) {
+    /// Kernels from what one tile sends to what another receives, by parity.
+    fn exchanged(&self, target: usize, source: usize) -> Vec<CMat> {
         let mesh = self.coupling.mesh;
         let (to, from) = (&self.tiles[target], &self.tiles[source]);
-        let receives = &self.skeletons[target].receives.kept;
-        let sends = &self.skeletons[source].sends.kept;
+        let receives = &self.skeletons[target].receives;
+        let sends = &self.skeletons[source].sends;
         let (sides, rows, columns) = if to.is_near(from, mesh) {
             let sides = self.coupling.of_panels(&to.panels, &from.panels);
-            (sides, receives.clone(), sends.clone())
+            (sides, receives.kept.clone(), sends.kept.clone())
         } else {
-            let (targets, rows) = nodes_of(&to.nodes(mesh), receives);
-            let (sources, columns) = nodes_of(&from.nodes(mesh), sends);
+            let (targets, rows) = nodes_of(&to.nodes(mesh), &receives.kept);
+            let (sources, columns) = nodes_of(&from.nodes(mesh), &sends.kept);
             (self.coupling.of_nodes(&targets, &sources), rows, columns)
         };
-        for (parity, sign) in self.parities.iter().enumerate() {
-            for (number, &j) in columns.iter().enumerate() {
-                let value = |&i: &usize| single(sides[0][(i, j)] + sign * sides[1][(i, j)]);
-                visit(parity, number, &rows.iter().map(value).collect::<Vec<_>>());
-            }
-        }
+        let of_parity = |sign: &f64| {
+            let value = |i: usize, j: usize| {
+                let place = (rows[i], columns[j]);
+                sides[0][place] + sign * sides[1][place]
+            };
+            let kernels = CMat::from_fn(rows.len(), columns.len(), value);
+            receives.triangle.transpose() * (kernels * &sends.triangle)
+        };
+        self.parities.iter().map(of_parity).collect()
     }
-}
-
-fn to_single(matrix: &CMat) -> SingleMat {
-    SingleMat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| single(matrix[(i, j)]))
 }

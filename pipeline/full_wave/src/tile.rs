@@ -10,21 +10,23 @@
 
 use crate::compression::{CMat, PER_PANEL};
 use crate::coupling::{Coupling, place};
+use crate::equations::to_single;
 use crate::lu::SingleMat;
 use crate::mesh::{Corner, Mesh, PER_SIDE};
 use crate::panel::{Node, Reflection};
 use crate::quadrature::NODES;
-use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
-use faer::{Accum, ColMut, Mat, Par};
-use num_complex::Complex32;
-use pulp::Arch;
+use faer::{ColMut, Mat, MatRef, Par};
+use num_complex::{Complex32, Complex64};
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 
 /// Random sums beyond the rank, and lanes that are computed together, both chosen; sums are a multiple of
 /// both.
 const SPARE: usize = 32;
 const LANES: usize = 8;
+/// Random sums that one of the surroundings is in: 8 are as good as sums of all \[Tropp2019\].
+const SUMS_OF_ONE: usize = 8;
 /// Free distance of two tiles, over their longest panel, from which sums over nodes stand for integrals over
 /// panels. Chosen.
 const FAR: f64 = 1.5;
@@ -36,12 +38,16 @@ pub(crate) struct Tile {
     radius: f64,
 }
 
-/// Unknowns of a tile that stand for all.
+/// Unknowns of a tile that stand for all: a matrix T B interpolates all from the kept ones, a row each, a
+/// column an unknown of the tile. Its norm is 20 to 50, and single precision would lose as much between large
+/// sums of the kept ones; sums by B lose nothing.
 pub(crate) struct Skeleton {
     /// Places of the kept ones among the unknowns of the tile, in the order of pivots.
     pub kept: Vec<usize>,
-    /// Matrix from the kept ones to all: a row each, a column an unknown of the tile.
-    pub interpolation: SingleMat,
+    /// The triangle T.
+    pub triangle: CMat,
+    /// The orthonormal rows B.
+    pub basis: SingleMat,
 }
 
 /// How a tile acts on the others, and they on it.
@@ -123,7 +129,11 @@ pub(crate) fn skeletons(coupling: Coupling, tiles: &[Tile], tolerance: f32) -> V
     let skeleton = |number: usize, sends| {
         let size = tiles[number].size();
         if tiles.len() == 1 {
-            return Skeleton { kept: Vec::new(), interpolation: SingleMat::zeros(0, size) };
+            return Skeleton {
+                kept: Vec::new(),
+                triangle: CMat::zeros(0, 0),
+                basis: SingleMat::zeros(0, size),
+            };
         }
         let mut sums = (size / 4).next_multiple_of(LANES) + SPARE;
         loop {
@@ -140,6 +150,15 @@ pub(crate) fn skeletons(coupling: Coupling, tiles: &[Tile], tolerance: f32) -> V
     (0..tiles.len()).into_par_iter().map(both).collect()
 }
 
+impl Skeleton {
+    fn new(kept: Vec<usize>, interpolation: &CMat) -> Self {
+        let factors = interpolation.adjoint().to_owned().qr();
+        let triangle = factors.thin_R().adjoint().to_owned();
+        let basis = to_single(&factors.compute_thin_Q().adjoint().to_owned());
+        Self { kept, triangle, basis }
+    }
+}
+
 /// Random sums of the kernels between a tile and its surroundings, a column an unknown of the tile:
 /// real parts, then imaginary parts.
 struct Sketch(Mat<f32>);
@@ -149,8 +168,9 @@ impl Sketch {
         let mesh = coupling.mesh;
         let tile = &tiles[number];
         let nodes = tile.nodes(mesh);
-        let mut sketch = Mat::zeros(sums, 2 * tile.size());
-        let mut signs = Signs(2 * number as u64 + u64::from(sends));
+        // A row an unknown of the tile, so that a sum takes up a whole column.
+        let mut sketch = Mat::zeros(2 * tile.size(), sums);
+        let mut random = Random(2 * number as u64 + u64::from(sends));
         for other in tiles.iter().enumerate().filter(|(i, _)| *i != number).map(|(_, tile)| tile) {
             let near = tile.is_near(other, mesh);
             // The waves of the tile change over their length times distance over width: nodes are taken
@@ -166,10 +186,11 @@ impl Sketch {
             };
             let scale = if near { 1.0 } else { (stride as f32).sqrt() };
             for side in &sides {
-                add(&mut sketch, side, sends, scale, &mut signs);
+                let side = if sends { side.transpose() } else { side.as_ref() };
+                add(&mut sketch, side, scale, &mut random);
             }
         }
-        Self(sketch)
+        Self(sketch.transpose().to_owned())
     }
 
     /// Chooses the unknowns whose columns are farthest from the span of those chosen before: QR with
@@ -202,16 +223,20 @@ impl Sketch {
             rows.push(row);
         }
         let rank = order.len();
-        let square = SingleMat::from_fn(rank, rank, |i, j| rows[i][order[j]]);
-        let mut interpolation = SingleMat::from_fn(rank, size, |i, j| rows[i][j]);
+        let double = |i: usize, j: usize| {
+            let value = rows[i][j];
+            Complex64::new(value.re.into(), value.im.into())
+        };
+        let square = CMat::from_fn(rank, rank, |i, j| double(i, order[j]));
+        let mut interpolation = CMat::from_fn(rank, size, double);
         solve_upper_triangular_in_place(square.as_ref(), interpolation.as_mut(), Par::Seq);
         for (i, &unknown) in order.iter().enumerate() {
             for row in 0..rank {
                 interpolation[(row, unknown)] =
-                    if row == i { Complex32::ONE } else { Complex32::ZERO };
+                    if row == i { Complex64::ONE } else { Complex64::ZERO };
             }
         }
-        Skeleton { kept: order, interpolation }
+        Skeleton::new(order, &interpolation)
     }
 
     /// Square of the norm of a column.
@@ -222,64 +247,82 @@ impl Sketch {
     }
 
     /// Takes a unit vector out of a column; returns its share, and the square of the norm of the rest.
-    fn without(&mut self, column: usize, [re, im]: &[Vec<f32>; 2]) -> (Complex32, f32) {
+    fn without(&mut self, column: usize, direction: &[Vec<f32>; 2]) -> (Complex32, f32) {
         let size = self.0.ncols() / 2;
         let (left, right) = self.0.as_mut().split_at_col_mut(size);
         let columns = [left.col_mut(column), right.col_mut(column)];
         let columns = columns.map(|column| column.try_as_col_major_mut().map(ColMut::as_slice_mut));
-        let [Some(x), Some(y)] = columns else { return (Complex32::ZERO, 0.0) };
-        Arch::new().dispatch(
-            #[inline(always)]
-            || {
-                let (x, _) = x.as_chunks_mut::<LANES>();
-                let (y, _) = y.as_chunks_mut::<LANES>();
-                let (re, _) = re.as_chunks::<LANES>();
-                let (im, _) = im.as_chunks::<LANES>();
-                let (mut a, mut b) = ([0.0; LANES], [0.0; LANES]);
-                for i in 0..x.len() {
-                    for l in 0..LANES {
-                        a[l] += re[i][l] * x[i][l] + im[i][l] * y[i][l];
-                        b[l] += re[i][l] * y[i][l] - im[i][l] * x[i][l];
-                    }
-                }
-                let [a, b] = [a, b].map(|lanes| lanes.iter().sum::<f32>());
-                let mut norm = [0.0; LANES];
-                for i in 0..x.len() {
-                    for l in 0..LANES {
-                        x[i][l] -= re[i][l] * a - im[i][l] * b;
-                        y[i][l] -= re[i][l] * b + im[i][l] * a;
-                        norm[l] += x[i][l] * x[i][l] + y[i][l] * y[i][l];
-                    }
-                }
-                (Complex32::new(a, b), norm.iter().sum::<f32>())
-            },
-        )
+        let [Some(re), Some(im)] = columns else { return (Complex32::ZERO, 0.0) };
+        let [x, y] = [re, im].map(|part| part.as_chunks_mut::<LANES>().0);
+        let [re, im] = [0, 1].map(|part: usize| direction[part].as_chunks::<LANES>().0);
+        Arch::new().dispatch(Removal { column: [x, y], direction: [re, im] })
     }
 }
 
-/// Adds random sums of the rows of a matrix, or of its columns where the tile receives.
-fn add(sketch: &mut Mat<f32>, side: &CMat, sends: bool, scale: f32, signs: &mut Signs) {
-    let size = sketch.ncols() / 2;
-    let count = if sends { side.nrows() } else { side.ncols() };
-    let random = Mat::from_fn(sketch.nrows(), count, |_, _| signs.next());
-    let parts = Mat::from_fn(count, 2 * size, |i, j| {
-        let (part, j) = (j / size, j % size);
-        let value = if sends { side[(i, j)] } else { side[(j, i)] };
-        (if part == 0 { value.re } else { value.im }) as f32
-    });
-    matmul(sketch.as_mut(), Accum::Add, &random, &parts, scale, Par::Seq);
+/// Values that are computed together.
+type Lanes = [f32; LANES];
+
+/// A unit vector that is taken out of a column, real and imaginary parts.
+struct Removal<'a> {
+    column: [&'a mut [Lanes]; 2],
+    direction: [&'a [Lanes]; 2],
 }
 
-/// Random signs \[Steele2014\].
-struct Signs(u64);
+impl WithSimd for Removal<'_> {
+    type Output = (Complex32, f32);
 
-impl Signs {
-    fn next(&mut self) -> f32 {
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        let Self { column: [x, y], direction: [re, im] } = self;
+        let (mut a, mut b) = ([0.0; LANES], [0.0; LANES]);
+        for (((x, y), re), im) in x.iter().zip(y.iter()).zip(re).zip(im) {
+            for l in 0..LANES {
+                a[l] += re[l] * x[l] + im[l] * y[l];
+                b[l] += re[l] * y[l] - im[l] * x[l];
+            }
+        }
+        let [a, b] = [a, b].map(|lanes| lanes.iter().sum::<f32>());
+        let mut norm = [0.0; LANES];
+        for (((x, y), re), im) in x.iter_mut().zip(y.iter_mut()).zip(re).zip(im) {
+            for l in 0..LANES {
+                x[l] -= re[l] * a - im[l] * b;
+                y[l] -= re[l] * b + im[l] * a;
+                norm[l] += x[l] * x[l] + y[l] * y[l];
+            }
+        }
+        (Complex32::new(a, b), norm.iter().sum::<f32>())
+    }
+}
+
+/// Adds the columns of a matrix, each to few random sums with random signs \[Tropp2019\].
+fn add(sketch: &mut Mat<f32>, side: MatRef<Complex64>, scale: f32, random: &mut Random) {
+    let size = side.nrows();
+    let mut parts = vec![0.0; 2 * size];
+    for column in side.col_iter() {
+        let (re, im) = parts.split_at_mut(size);
+        for ((re, im), value) in re.iter_mut().zip(im).zip(column.iter()) {
+            (*re, *im) = (scale * value.re as f32, scale * value.im as f32);
+        }
+        for _ in 0..SUMS_OF_ONE {
+            let bits = random.next();
+            let sign = if bits & 1 == 0 { 1.0 } else { -1.0 };
+            let sum = (bits >> 32) as usize % sketch.ncols();
+            let sum = sketch.col_as_slice_mut(sum).iter_mut();
+            sum.zip(&parts).for_each(|(sum, part)| *sum += sign * part);
+        }
+    }
+}
+
+/// Random bits \[Steele2014\].
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        if (z ^ (z >> 31)) & 1 == 0 { 1.0 } else { -1.0 }
+        z ^ (z >> 31)
     }
 }
 

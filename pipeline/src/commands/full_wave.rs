@@ -38,9 +38,9 @@ const MEMORY_SHARE: f64 = 0.6;
 const KERNELS_PER_SECOND: f64 = 1.2e7;
 const OPERATIONS_PER_SECOND: f64 = 1.2e11;
 const OTHER_OPERATIONS_PER_SECOND: f64 = 4e10;
-/// Operations of a source over the square of the unknowns: 12, chosen, of a far field whose angles grow with them,
-/// and the products of a step of refinement for two parities.
-const OPERATIONS_OF_SOURCE: f64 = 28.0;
+/// Operations of a source over the square of the unknowns: of a far field whose angles grow with them, chosen,
+/// and of the products of a step of refinement for two parities.
+const OPERATIONS_OF_SOURCE: [f64; 2] = [12.0, 16.0];
 /// Time beyond which fewer rings are taken by default, seconds. Chosen.
 const DEFAULT_SECONDS: f64 = 600.0;
 /// Time from which the solution of each polarisation is kept in the cache, seconds. Chosen.
@@ -286,7 +286,9 @@ fn seconds(bodies: &[Body], sources: usize) -> f64 {
     let threads = rayon::current_num_threads() as f64;
     let core = |body: &Body| {
         let size = body.cost();
-        let of_sources = OPERATIONS_OF_SOURCE * (size.unknowns as f64).powi(2) * sources as f64;
+        let [far_field, refinement] = OPERATIONS_OF_SOURCE;
+        let of_source = far_field + refinement * f64::from(size.refinements);
+        let of_sources = of_source * (size.unknowns as f64).powi(2) * sources as f64;
         size.kernels / KERNELS_PER_SECOND
             + size.operations / OPERATIONS_PER_SECOND
             + of_sources / OTHER_OPERATIONS_PER_SECOND
