@@ -3,6 +3,7 @@
 
 mod corners;
 mod cylinder;
+mod finite_elements;
 mod many_corners;
 mod series;
 
