@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! `docs/tutorial.md` and the own design of `README.md`: every command runs, in its order, on the files that it
+//! `docs/tutorial.md` and the design of one's own of `README.md`: every command runs, in its order, on the files that it
 //! writes, and the figures that are quoted are those that come out.
 
 use std::collections::BTreeSet;
@@ -130,7 +130,7 @@ fn judge(page: &str, printed: &BTreeSet<String>) {
 fn the_own_design_of_the_readme_gives_the_quoted_figures() {
     let folder = tempdir().expect("a folder");
     let readme = read("README.md");
-    let (_, page) = readme.split_once("## An own design").expect("the section");
+    let (_, page) = readme.split_once("## A design of your own").expect("the section");
     let page = page.split("\n## ").next().unwrap_or_default();
     let (ran, printed) = follow(page, folder.path());
     assert_eq!((ran, quoted(page).len()), (3, 7));
