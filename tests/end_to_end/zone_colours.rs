@@ -315,6 +315,25 @@ fn the_eye_hides_a_part_of_the_halo() {
     assert!((0.0..0.1).contains(&value(&colour["halo_uv"])), "{colour}");
     assert!((0.0..0.1).contains(&value(&colour["white_difference"])), "{colour}");
     assert!(zones(at, line, "blind")["halo"].get("hidden").is_none());
+    // A sky that is nowhere black has no halo: its picture goes, and the answer and the page say so.
+    assert!(at.join("blind/halo.png").exists() && at.join("blind/error.png").exists());
+    pixels.chunks_mut(3).filter(|pixel| pixel[0] == 0).for_each(|pixel| {
+        pixel.copy_from_slice(&[2, 2, 6]);
+    });
+    write_png(&at.join("sky.png"), 6, &pixels);
+    let sky = zones(at, &line.replace("star", "sky"), "blind");
+    assert!(sky["halo"].is_null() && at.join("blind/error.png").exists());
+    assert!(!at.join("blind/halo.png").exists() && !sky.to_string().contains("halo.png"));
+    for (out, says) in [("blind", true), ("eye-30-25", false)] {
+        batwing(at).args(["report", out, "--quiet"]).assert().success();
+        let page = read(at.join(out).join("report.html"));
+        assert_eq!(page.contains("picture of the halo"), says, "{out}");
+        assert_eq!(
+            page.contains("what the panel shows where the picture is black"),
+            !says,
+            "{out}"
+        );
+    }
 }
 
 /// Several pictures: a row each, as each by itself, from responses that are traced once.

@@ -16,6 +16,10 @@ use design::json_schema::{NumberKind, number_kind};
 /// Text that is no TOML; a path through a plain value or beyond a list; a value that is no number.
 pub fn set(text: &str, path: &str, new: &Json) -> Result<String> {
     let mut document: DocumentMut = text.parse()?;
+    if let Some(channel) = channel_of(path) {
+        put_channel(document.as_item_mut(), (path, channel), new)?;
+        return Ok(document.to_string());
+    }
     match path.split_once("[*].") {
         None => put(document.as_item_mut(), path, &number_or_list(path, new)?)?,
         Some((list, key)) => {
@@ -45,15 +49,69 @@ pub fn set(text: &str, path: &str, new: &Json) -> Result<String> {
 /// Text that is no TOML; an entry of a list.
 pub fn unset(text: &str, path: &str) -> Result<String> {
     let mut document: DocumentMut = text.parse()?;
-    let (table, key) = path.rsplit_once('.').unwrap_or(("", path));
-    let holder = match table {
-        "" => Some(document.as_item_mut()),
-        table => find(document.as_item_mut(), table)?,
+    let paths = match channel_of(path) {
+        Some(channel) => powers(document.as_item_mut(), channel)?,
+        None => vec![path.to_owned()],
     };
-    if let Some(table) = holder.and_then(Item::as_table_like_mut) {
-        table.remove(key);
+    for path in paths {
+        let (table, key) = path.rsplit_once('.').unwrap_or(("", &path));
+        let holder = match table {
+            "" => Some(document.as_item_mut()),
+            table => find(document.as_item_mut(), table)?,
+        };
+        if let Some(table) = holder.and_then(Item::as_table_like_mut) {
+            table.remove(key);
+        }
     }
     Ok(document.to_string())
+}
+
+/// The path of the power of all sources of a channel, which is no key of a design.
+pub fn channel_path(channel: &str) -> String {
+    format!("channels.{channel}.power")
+}
+
+fn channel_of(path: &str) -> Option<&str> {
+    path.strip_prefix("channels.")?.strip_suffix(".power")
+}
+
+/// Paths of the powers of the sources of a channel.
+fn powers(root: &mut Item, channel: &str) -> Result<Vec<String>> {
+    let mut paths = Vec::new();
+    for entry in 1..=entries(root, "sources")? {
+        let stated = find(root, &format!("sources[{entry}].channel"))?;
+        if stated.is_some_and(|stated| stated.as_str() == Some(channel)) {
+            paths.push(format!("sources[{entry}].power"));
+        }
+    }
+    Ok(paths)
+}
+
+/// Sets the power of all sources of a channel, which keep their shares of it.
+fn put_channel(root: &mut Item, (path, channel): (&str, &str), new: &Json) -> Result<()> {
+    let new = new.as_f64().filter(|number| number.is_finite());
+    let new = new.with_context(|| format!("{path}: expected a number"))?;
+    let mut parts = Vec::new();
+    for one in powers(root, channel)? {
+        let power = match find(root, &one)? {
+            None => Some(1.0),
+            Some(stated) => stated.as_float().or(stated.as_integer().map(|whole| whole as f64)),
+        };
+        let power = power.with_context(|| {
+            format!(
+                "{one}: expected a number to change, got a formula, which the text alone changes"
+            )
+        })?;
+        parts.push((one, power));
+    }
+    let sum: f64 = parts.iter().map(|(_, power)| power).sum();
+    ensure!(sum > 0.0, "{path}: expected sources of the channel with a power, got none");
+    for (one, power) in parts {
+        // Without the rounding of the factor.
+        let power: f64 = format!("{:.9e}", power * new / sum).parse()?;
+        put(root, &one, &power.into())?;
+    }
+    Ok(())
 }
 
 /// Number of entries of the list at `path`.

@@ -15,6 +15,8 @@ use design::dotted_keys::number;
 use design::json_schema::{NumberKind, number_kind, of_designs};
 use design::resolve::rows_in_file;
 
+use crate::draft::channel_path;
+
 /// Keys of pitch, lens and films, of any entry of a list: where the design states them, they have a
 /// slider from the start and are what a search offers first.
 const FIRST: [&str; 25] = [
@@ -201,17 +203,29 @@ impl Found<'_> {
         }));
     }
 
-    /// Powers of sources that state a channel are its level: they have a slider from the start, named
-    /// after it.
+    /// The power of all sources of a channel is its level: each channel has a slider from the start, named
+    /// after it, unless a formula makes a part of it.
     fn channels(&mut self, written: &toml::Table) {
         let sources = written.get("sources").and_then(Value::as_array);
-        for (number, source) in sources.into_iter().flatten().enumerate() {
+        let mut channels: Vec<(&str, Option<f64>)> = Vec::new();
+        for source in sources.into_iter().flatten() {
             let Some(channel) = source.get("channel").and_then(Value::as_str) else { continue };
-            let path = format!("sources[{}].power", number + 1);
-            for field in self.fields.iter_mut().filter(|field| field["path"] == path.as_str()) {
-                field["label"] = format!("power, {channel}").into();
+            let power = source.get("power").map_or(Some(1.0), number);
+            match channels.iter_mut().find(|(name, _)| *name == channel) {
+                Some((_, sum)) => *sum = sum.zip(power).map(|(sum, power)| sum + power),
+                None => channels.push((channel, power)),
+            }
+        }
+        for (name, power) in channels {
+            let Some(power) = power else { continue };
+            self.number(&Value::Float(power), "sources[1].power", true);
+            if let Some(field) = self.fields.last_mut() {
+                field["path"] = channel_path(name).into();
+                field["label"] = format!("power, {name}").into();
+                field["doc"] =
+                    "Power of all sources of the channel; their shares of it stay.".into();
                 field["pinned"] = true.into();
-                field["low"] = field["value"].as_f64().map_or(0.0, |value| 0.01 * value).into();
+                field["low"] = (0.01 * power).into();
             }
         }
     }
@@ -328,14 +342,36 @@ mod tests {
     }
 
     #[test]
-    fn powers_of_channels_have_sliders_from_the_start() {
-        let text = "[[sources]]\nchannel = \"red\"\npower = 2.0\n[[sources]]\npower = 1.0\n";
-        let (fields, _) = fields(text, Path::new(""));
-        let of = |path: &str| fields.iter().find(|field| field["path"] == path).expect(path);
-        let [red, other] = ["sources[1].power", "sources[2].power"].map(of);
-        assert_eq!((&red["label"], &red["pinned"]), (&json!("power, red"), &json!(true)));
-        assert_eq!((&red["low"], &red["high"]), (&json!(0.02), &json!(4.0)));
-        assert_eq!((&other["label"], &other["pinned"]), (&json!("power"), &json!(false)));
+    fn each_channel_has_a_slider_from_the_start() {
+        // Two dies of one channel, one without a power of its own, one of a formula, one of no channel.
+        let of_channel =
+            |name: &str, keys: &str| format!("[[sources]]\nchannel = \"{name}\"\n{keys}");
+        let text = [
+            of_channel("red", "power = 1.5 # a\n"),
+            of_channel("red", "power = 0.5\n"),
+            of_channel("blue 4.5", ""),
+            of_channel("green", "power = \"2 * led.reflectance\"\n"),
+            "[[sources]]\npower = 1.0\n".to_owned(),
+        ]
+        .concat();
+        let (all, _) = fields(&text, Path::new(""));
+        let pinned: Vec<_> = all.iter().filter(|field| field["pinned"] == true).collect();
+        let of = |k: usize, key: &str| pinned[k][key].clone();
+        assert_eq!(pinned.len(), 2, "{pinned:?}");
+        assert_eq!((of(0, "label"), of(0, "value")), (json!("power, red"), json!(2.0)));
+        assert_eq!((of(0, "low"), of(0, "high")), (json!(0.02), json!(4.0)));
+        assert_eq!((of(1, "label"), of(1, "value")), (json!("power, blue 4.5"), json!(1.0)));
+        // The sliders change the sources of their channel by one factor, and no others.
+        let moved = crate::draft::set(&text, "channels.red.power", &json!(3)).expect("set");
+        assert_eq!(moved, text.replace("1.5 #", "2.25 #").replace("= 0.5", "= 0.75"));
+        let moved = crate::draft::set(&text, "channels.blue 4.5.power", &json!(0.25)).expect("set");
+        assert_eq!(moved, text.replace("4.5\"\n", "4.5\"\npower = 0.25\n"));
+        let back = crate::draft::unset(&moved, "channels.blue 4.5.power");
+        assert_eq!(back.expect("unset"), text);
+        for name in ["green", "pink"] {
+            let path = format!("channels.{name}.power");
+            assert!(crate::draft::set(&text, &path, &json!(1)).is_err(), "{name}");
+        }
     }
 
     #[test]

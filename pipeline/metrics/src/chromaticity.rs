@@ -49,6 +49,20 @@ fn radiator(kelvin: f64) -> [f64; 3] {
     sum
 }
 
+/// Least and most of x, y, u' and v' of any light: those of the spectral colours, between which all
+/// others lie.
+static LIMITS: LazyLock<[[f64; 2]; 4]> = LazyLock::new(|| {
+    let colours = colour_matching::knots_nm().map(colour_matching::xyz);
+    let places = colours.filter_map(|xyz| Some([xy(xyz)?, uv(xyz)?].concat()));
+    let none = [[f64::INFINITY, f64::NEG_INFINITY]; 4];
+    places.fold(none, |all, at| [0, 1, 2, 3].map(|k| [all[k][0].min(at[k]), all[k][1].max(at[k])]))
+});
+
+/// Least and most of x, y, u' and v'.
+pub fn limits() -> [[f64; 2]; 4] {
+    *LIMITS
+}
+
 /// u' and v' of X, Y and Z; `None` of no light.
 pub fn uv([x, y, z]: [f64; 3]) -> Option<[f64; 2]> {
     let sum = x + 15.0 * y + 3.0 * z;
@@ -239,6 +253,20 @@ impl Chromaticity {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The ends of the spectral locus (CIE 015:2018), at 404, 504, 521 and 531 nm and beyond 700 nm.
+    #[test]
+    fn all_light_lies_within_the_spectral_colours() {
+        let printed = [[0.0036, 0.7347], [0.0048, 0.8338], [0.0014, 0.6234], [0.0159, 0.5868]];
+        for (found, printed) in limits().iter().zip(printed) {
+            assert!((0..2).all(|k| (found[k] - printed[k]).abs() < 2e-3), "{found:?} {printed:?}");
+        }
+        let all = limits();
+        for kelvin in [1000.0, 6504.0, 25_000.0].map(white_of) {
+            let xy = kelvin.expect("a white");
+            assert!((0..2).all(|k| xy[k] > all[k][0] && xy[k] < all[k][1]), "{xy:?}");
+        }
+    }
 
     /// x, y and the temperature of CIE 015:2018, tables 3 and 11 (FL2, FL4, FL7 and FL11, printed to
     /// 10 K), and of D50 and D75 there; Duv of D65 and of the equal-energy light E follows from the

@@ -61,9 +61,10 @@ impl Estimate {
     }
 
     /// The ends between which a figure lies that is not resolved, with 95 % confidence or more; `None`
-    /// of one that is. They lie beyond both readings by two standard errors.
+    /// of one that is. They lie beyond the value by the bound of its bias and twice its scatter: the
+    /// standard error holds that bound already.
     pub fn interval(&self) -> Option<[f64; 2]> {
-        let reach = self.bias_bound.unwrap_or(0.0) + 2.0 * self.standard_error;
+        let reach = self.bias_bound.unwrap_or(0.0) + 2.0 * self.scatter();
         (!self.is_resolved()).then_some([self.value - reach, self.value + reach])
     }
 
@@ -85,13 +86,13 @@ impl Estimate {
 
     /// A rising function of the value, which is not negative, though noise may drive it there. One
     /// that two errors lead to 0 is not resolved: the function bends there, and lies between those of
-    /// 1.5 errors below and above.
+    /// two errors below and above.
     #[must_use]
     pub fn mapped(self, f: impl Fn(f64) -> f64) -> Self {
         let at = |error: f64| f((self.value.max(0.0) + error).max(0.0));
         let half = |error: f64| 0.5 * (at(error) - at(-error));
         if self.value < 2.0 * self.standard_error {
-            let reach = 1.5 * self.standard_error;
+            let reach = 2.0 * self.standard_error;
             return Self::between(at(-reach), at(reach), 0.0);
         }
         let bias_bound = self.bias_bound.map(half);

@@ -67,6 +67,10 @@ def test_a_figure_beside_itself_has_no_error_of_its_own() -> None:
     assert (F - Figure(4.0, 0.4)).standard_error == pytest.approx(0.4 * np.sqrt(2))
     assert (G - G).wavelength_error == 0.0 and (2 * G).wavelength_error == 0.2
     assert (BETWEEN - BETWEEN).interval == (0.0, 0.0)
+    # Ends of a resolved operand: two errors away; of one with a bias its bound and two errors without it.
+    plain, picked = Figure(1.0, 0.1, "deg"), Figure(1.0, 0.2, "deg", more={"bias_bound": 0.3})
+    assert (BETWEEN + plain).interval == pytest.approx((-0.2, 3.2))
+    assert (BETWEEN + picked).interval == pytest.approx((-0.5, 3.5))
     both, first, _ = pickle.loads(pickle.dumps((F - G, F, G)))
     assert (both - first).standard_error == pytest.approx(0.3)
 

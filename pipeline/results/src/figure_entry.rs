@@ -18,13 +18,16 @@ pub const COLUMNS: [&str; 5] = ["value", "standard_error", "low", "high", "peak_
 /// Largest ratio, such as a variation over its mean, that tells more than none where 0 is as likely.
 const LARGEST_RATIO: f64 = 1.0;
 
+/// Smallest and largest amount of light, and of what is no less than 0.
+const LIGHT: [f64; 2] = [0.0, f64::INFINITY];
+
 /// Smallest and largest value of figures of a unit.
 fn range(unit: Unit) -> [f64; 2] {
     match unit {
         Unit::Fraction => [0.0, 1.0],
         Unit::Degree => [0.0, 180.0],
         Unit::Relative => [f64::NEG_INFINITY, f64::INFINITY],
-        _ => [0.0, f64::INFINITY],
+        _ => LIGHT,
     }
 }
 
@@ -172,10 +175,7 @@ impl FigureEntry {
     /// `LARGEST_RATIO`, is not resolved.
     #[must_use]
     pub fn in_range(self, unit: Unit) -> Self {
-        let [least, most] = range(unit);
-        let interval = self.interval.map(|ends| ends.map(|end| end.clamp(least, most)));
-        let upper_bound = self.upper_bound.map(|bound| bound.min(most));
-        let entry = Self { interval, upper_bound, ..self };
+        let entry = self.clipped(range(unit));
         let is_open = |[low, high]: [f64; 2]| low <= 0.0 && high > LARGEST_RATIO;
         if unit == Unit::Ratio && entry.ends().is_some_and(is_open) {
             return Self {
@@ -209,22 +209,69 @@ impl FigureEntry {
         Self { interval, upper_bound: None, ..Self::new(sum) }
     }
 
-    /// A figure that has this estimate and nothing else.
+    /// The same with ends within the least and the most that it can be.
+    fn clipped(self, [least, most]: [f64; 2]) -> Self {
+        let interval = self.interval.map(|ends| ends.map(|end| end.clamp(least, most)));
+        let upper_bound = self.upper_bound.map(|bound| bound.min(most));
+        Self { interval, upper_bound, ..self }
+    }
+
+    /// A figure of light, which is not negative, that has this estimate and nothing else.
     pub fn new(estimate: Estimate) -> Self {
-        Self {
+        Self::within(estimate, LIGHT)
+    }
+
+    /// A share from 0 to 1 that has this estimate and nothing else.
+    pub fn share(estimate: Estimate) -> Self {
+        Self::within(estimate, range(Unit::Fraction))
+    }
+
+    /// A figure that has this estimate and nothing else, and lies within these limits.
+    pub fn within(estimate: Estimate, limits: [f64; 2]) -> Self {
+        let entry = Self {
             value: estimate.value,
             standard_error: estimate.standard_error,
             bias_bound: estimate.bias_bound,
             peak_place: PeakPlace::OffAxis,
             peak_range_deg: None,
-            // Extremes are of light, which is not negative.
-            interval: estimate.interval().map(|[low, high]| [low.max(0.0), high]),
+            interval: estimate.interval(),
             upper_bound: upper_bound(estimate.value, estimate.standard_error),
             valley_at_mm: None,
             peak_at_mm: None,
             wavelength_error: None,
             film_table_error: None,
             reference: None,
+        };
+        entry.clipped(limits)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use metrics::chromaticity;
+
+    /// The rule of intervals, value ± (bound + two of the scatter), within what a figure can be; the error
+    /// that holds the bound already adds nothing, which as a control would reach farther.
+    #[test]
+    fn ends_hold_a_bound_once_and_lie_within_what_a_figure_can_be() {
+        let of = |value: f64, bound: f64| Estimate::new(value, 0.01).with_bias(bound);
+        let plain = FigureEntry::new(of(0.5, 0.1));
+        let [low, high] = plain.interval.expect("not resolved");
+        assert!((low - 0.38).abs() < 1e-12 && (high - 0.62).abs() < 1e-12, "{low} {high}");
+        let twice = 0.1 + 2.0 * plain.standard_error;
+        assert!(twice > 1.5 * (high - 0.5), "{twice}");
+        let [x, ..] = chromaticity::limits();
+        for (entry, ends) in [
+            // Light; a coverage; x of a red; a Duv, which may be negative.
+            (FigureEntry::new(of(0.05, 0.1)), [0.0, 0.17]),
+            (FigureEntry::share(of(0.98, 0.1)), [0.86, 1.0]),
+            (FigureEntry::within(of(0.70, 0.1), x), [0.58, x[1]]),
+            (FigureEntry::within(of(-0.01, 0.02), [-0.05, 0.05]), [-0.05, 0.03]),
+        ] {
+            let found = entry.interval.expect("not resolved");
+            assert!((0..2).all(|k| (found[k] - ends[k]).abs() < 1e-12), "{found:?} {ends:?}");
         }
+        assert_eq!(FigureEntry::share(of(0.98, 0.001)).interval, None);
     }
 }

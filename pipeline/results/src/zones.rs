@@ -176,6 +176,16 @@ impl ZonesFile {
         }
         if let Some(colour) = &self.colour {
             colour.lines(unit, &mut line);
+            let is_drawn = |k: usize| {
+                let name = format!("{}.png", COLOUR_PICTURES[k]);
+                self.files.iter().any(|file| file.file == name)
+            };
+            if is_drawn(2) && !is_drawn(1) {
+                line(
+                    "picture of the halo".to_owned(),
+                    "none: no light where the picture is black".to_owned(),
+                );
+            }
         }
         if let Some(direct) = &self.direct {
             let words = format!(

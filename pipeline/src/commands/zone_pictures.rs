@@ -11,11 +11,11 @@ use design::Design;
 use design::resolved::panel::CONTRAST;
 use experiment::checked_file::Texts;
 use formats::level_image::{ColourImage, LevelImage, png_of_rgb};
-use metrics::Estimate;
 use metrics::dimming::window;
 use metrics::gamut::D65;
 use metrics::quantity::Unit;
 use metrics::transfer::Transfer;
+use metrics::{Estimate, chromaticity};
 use results::figure_entry::FigureEntry;
 use results::zones::{
     ChannelEntry, ColourEntry, ColourOfLight, GamutEntry, LevelsEntry, LitPattern, TestPatterns,
@@ -114,10 +114,14 @@ impl<'a> Pictures<'a> {
         let drives = (!stated.is_empty()).then(|| drives(stated, &channels, zoned, texts));
         let drives = drives.transpose()?;
         let file = &design.provenance.file;
-        ensure!(
-            arguments.white.is_none() || zoned.has_colours(),
-            "--white: expected a design with several channels of [[sources]] or [panel] sub_pixels, got `{file}` without"
-        );
+        for (option, is_stated) in
+            [("--white", arguments.white.is_some()), ("--test-patterns", arguments.test_patterns)]
+        {
+            ensure!(
+                zoned.has_colours() || !is_stated,
+                "{option}: expected a design with several channels of [[sources]] or [panel] sub_pixels, got `{file}` without"
+            );
+        }
         ensure!(
             !(arguments.direct && zoned.has_colours()),
             "--direct: expected none with channels or [panel] sub_pixels"
@@ -136,10 +140,6 @@ impl<'a> Pictures<'a> {
             arguments.distance.is_none() || zoned.receiver.is_luminance(),
             "--distance: expected a luminance --receiver, whose light an eye sees, got {:?}",
             zoned.receiver.name()
-        );
-        ensure!(
-            zoned.has_colours() || !arguments.test_patterns,
-            "--test-patterns: expected a design with several channels of [[sources]] or [panel] sub_pixels, got `{file}` without"
         );
         let files = arguments.picture.as_deref().map(pictures).transpose()?.unwrap_or_default();
         let has_picture = !files.is_empty() || drives.as_ref().is_some_and(|d| d.grey.is_some());
@@ -438,9 +438,15 @@ impl<'a> Pictures<'a> {
     ) -> ColourEntry {
         let (entry, channel_levels) = (FigureEntry::new, &full.channel_levels);
         let light_entry = |light: ColourEstimate| {
-            let places = light.chromaticity.map(|places| places.map(entry));
+            let limits = chromaticity::limits();
+            let within = |places: [Estimate; 4]| {
+                [0, 1, 2, 3].map(|k| FigureEntry::within(places[k], limits[k]))
+            };
+            let places = light.chromaticity.map(within);
             let (xy, uv) = (places.map(|[x, y, ..]| [x, y]), places.map(|[.., u, v]| [u, v]));
-            let [cct, duv] = [0, 1].map(|k| light.temperature.map(|both| entry(both[k])));
+            let stated = [chromaticity::RANGE_K, [-chromaticity::MAX_DUV, chromaticity::MAX_DUV]];
+            let [cct, duv] = [0, 1]
+                .map(|k| light.temperature.map(|both| FigureEntry::within(both[k], stated[k])));
             ColourOfLight { xy, uv, cct, duv, luminance: entry(light.luminance) }
         };
         let channels = self.design.channels().into_iter().zip(channel_levels).enumerate();
@@ -451,7 +457,7 @@ impl<'a> Pictures<'a> {
         });
         let colours = frame.dimmed.colours.as_ref();
         let figure = |read: fn(&PatternColours) -> Option<Estimate>| {
-            colours.and_then(read).map(|figure| entry(figure).in_range(Unit::Fraction))
+            colours.and_then(read).map(FigureEntry::share)
         };
         let white = light_entry(full.white_figures());
         ColourEntry {
@@ -462,10 +468,12 @@ impl<'a> Pictures<'a> {
             gamut: full
                 .gamut()
                 .into_iter()
-                .map(|gamut| GamutEntry {
-                    standard: gamut.standard.to_owned(),
-                    xy: gamut.shares[0].map(entry),
-                    uv: gamut.shares[1].map(entry),
+                .map(|gamut| {
+                    let shares = gamut
+                        .shares
+                        .map(|[area, coverage]| [entry(area), FigureEntry::share(coverage)]);
+                    let [xy, uv] = shares;
+                    GamutEntry { standard: gamut.standard.to_owned(), xy, uv }
                 })
                 .collect(),
             levels: frame.needs.zip(self.arguments.levels).map(|(needs, rule)| LevelsEntry {

@@ -160,10 +160,12 @@ impl Command<'_> {
         self.pictures.write_colours(&frame)?;
         self.write_tables(found, &frame.drives)?;
         self.write_maps(found)?;
+        let mut empty = Vec::new();
         if let (Some(full), Some(colours)) = (&full, &found.colours) {
-            self.draw_colours(full.white_figures().luminance.value, colours)?;
+            empty = self.draw_colours(full.white_figures().luminance.value, colours)?;
         }
-        let written = names.iter().skip(1).map(|name| FileRecord::of_output(out, name));
+        let drawn = names.iter().skip(1).filter(|name| !empty.iter().any(|one| one == *name));
+        let written = drawn.map(|name| FileRecord::of_output(out, name));
         let written = written.collect::<Result<Vec<_>>>()?;
         let patterns = full.as_ref().filter(|_| self.arguments.test_patterns);
         let patterns = patterns
@@ -316,14 +318,16 @@ impl Command<'_> {
     }
 
     /// Pictures of what a panel of sub-pixels shows, with this luminance of white; in cd/m² also
-    /// ΔE_ITP of halo and panel.
-    fn draw_colours(&self, white: f64, colours: &PatternColours) -> Result<()> {
+    /// ΔE_ITP of halo and panel, but those that are 0 everywhere, whose names it gives.
+    fn draw_colours(&self, white: f64, colours: &PatternColours) -> Result<Vec<String>> {
+        let mut empty = Vec::new();
         if colours.wanted.is_empty() {
-            return Ok(());
+            return Ok(empty);
         }
         let [x, y] = self.axes()?;
         let size = self.zoned.frame.bins;
-        let path = |k: usize| self.arguments.out.join(format!("{}.png", COLOUR_PICTURES[k]));
+        let file = |k: usize| format!("{}.png", COLOUR_PICTURES[k]);
+        let path = |k: usize| self.arguments.out.join(file(k));
         let [backlight, panel] = &colours.xyz;
         let pictures = [("picture", &colours.wanted), ("backlight", backlight), ("panel", panel)];
         let pictures = pictures.map(|(name, xyz)| SeenPicture { name, size, xyz });
@@ -331,13 +335,17 @@ impl Command<'_> {
         let exposure = (white, &self.zoned.receiver.quantity);
         write_bytes(&path(0), &seen(&heading, [&x, &y], &pictures, exposure)?.png()?)?;
         if !self.pictures.is_absolute() {
-            return Ok(());
+            return Ok(empty);
         }
         let pairs = || colours.wanted.iter().zip(panel);
         let error: Vec<f64> = pairs().map(|(a, b)| itp::difference(*a, *b)).collect();
         let halo =
             pairs().zip(&error).map(|((wanted, _), e)| if wanted[1] > 0.0 { 0.0 } else { *e });
-        for (k, values) in [(1, halo.collect()), (2, error.clone())] {
+        for (k, values) in [(1, halo.collect::<Vec<f64>>()), (2, error.clone())] {
+            if values.iter().all(|value| *value == 0.0) {
+                empty.push(file(k));
+                continue;
+            }
             let quantity = Quantity::new("difference ITP", Unit::Relative);
             let none = vec![0.0; error.len()];
             let map = Map::new(quantity, y.clone(), x.clone(), values, none)?;
@@ -345,7 +353,7 @@ impl Command<'_> {
             let picture = illuminance_map(&IlluminanceMap::plain(&heading, &map))?;
             write_bytes(&path(k), &picture.png()?)?;
         }
-        Ok(())
+        Ok(empty)
     }
 
     fn write_maps(&self, found: &Dimmed) -> Result<()> {
@@ -390,8 +398,8 @@ impl Command<'_> {
             responses: found.responses,
             beyond_reach: reference.beyond.as_ref().map(|beyond| BeyondReach {
                 packages: beyond.reach,
-                share: beyond.share.map(FigureEntry::new),
-                walls: beyond.walls.map(FigureEntry::new),
+                share: beyond.share.map(FigureEntry::share),
+                walls: beyond.walls.map(FigureEntry::share),
             }),
             contrast: self.pictures.contrast,
             white: FigureEntry::new(found.white),
@@ -411,7 +419,7 @@ impl Command<'_> {
                     black,
                     bright,
                     contrast,
-                    hidden: found.hidden.map(|h| FigureEntry::new(h).in_range(Unit::Fraction)),
+                    hidden: found.hidden.map(FigureEntry::share),
                     viewing: self.arguments.viewing().map(|eye| ViewingEntry {
                         distance_mm: eye.distance_mm,
                         age_years: eye.observer.age_years,

@@ -4,9 +4,9 @@
 //! All channels shine at 1, or at the levels that give a stated white with the most light; the
 //! largest of these is 1. White is that of the mean over the panel.
 //!
-//! The walls of a traced array that stands for a larger one send back a share ε_c of the light of
-//! channel c. A figure of white then is off by no more than the sum of what (1 + ε_c) of each channel
-//! alone makes of it, to first order.
+//! In a traced array that stands for a larger one a share ε_c of the light of channel c falls elsewhere,
+//! as a mean over the panel. A figure of white then is off by no more than the sum of what (1 + ε_c) of
+//! each channel alone makes of it, to first order.
 
 use anyhow::{Result, ensure};
 use serde_json::json;
@@ -26,7 +26,7 @@ use super::estimates::{add, biased};
 use super::needs::Needs;
 use super::panel_colour::SubPixels;
 use super::picture::{Law, PictureLight, PictureOnPanel, outside};
-use super::reference::Beyond;
+use super::reference::{Beyond, LightOff};
 use super::responses::ChannelLight;
 use super::{Array, BeyondLight, ZonedDesign};
 
@@ -270,22 +270,24 @@ impl FullDrive {
     fn light(&self, reading: usize, more_of: Option<usize>) -> Vec<f64> {
         let of = |(part, means): (&ChannelLight, &Vec<f64>)| match more_of {
             Some(channel) if channel == part.channel => {
-                (1.0 + self.bound(channel)) * means[reading]
+                (1.0 + self.bound(channel, Beyond::bound_of_mean)) * means[reading]
             }
             _ => means[reading],
         };
         self.parts.iter().zip(&self.means).map(of).collect()
     }
 
-    /// Share of the light of a channel that any place may lack or have too much at full drive.
-    fn bound(&self, channel: usize) -> f64 {
-        self.beyond[channel].as_ref().map_or(0.0, Beyond::bound)
+    /// Share of the light of a channel that the panel may lack or have too much at full drive: any place,
+    /// or the mean.
+    fn bound(&self, channel: usize, of: fn(&Beyond) -> f64) -> f64 {
+        self.beyond[channel].as_ref().map_or(0.0, of)
     }
 
-    /// Light that any place may lack or have too much where it is this share of each channel's.
-    pub(super) fn beyond_light(&self, shares: &[f64]) -> BeyondLight {
-        let of =
-            |(part, means): (&ChannelLight, &Vec<f64>)| shares[part.channel] * means[self.last()];
+    /// Light that places may lack or have too much where it is this share of each channel's.
+    pub(super) fn beyond_light(&self, shares: &[LightOff]) -> BeyondLight {
+        let of = |(part, means): (&ChannelLight, &Vec<f64>)| {
+            shares[part.channel].clone().times(means[self.last()])
+        };
         let white = self.open(&self.means, self.last(), |_| true)[1];
         BeyondLight {
             parts: self.parts.iter().zip(&self.means).map(of).collect(),
@@ -295,10 +297,14 @@ impl FullDrive {
 
     /// How far light from beyond may move a figure of white: the sum of what it does in each channel.
     fn moved(&self, figure: impl Fn([f64; 3]) -> f64) -> f64 {
+        self.moved_by(Beyond::bound_of_mean, figure)
+    }
+
+    fn moved_by(&self, bound: fn(&Beyond) -> f64, figure: impl Fn([f64; 3]) -> f64) -> f64 {
         let white = self.open(&self.means, self.last(), |_| true);
         let of_channel = |channel: usize| {
             let mut more = white;
-            add(&mut more, self.channel(channel, self.last()), self.bound(channel));
+            add(&mut more, self.channel(channel, self.last()), self.bound(channel, bound));
             (figure(more) - figure(white)).abs()
         };
         self.channels().map(of_channel).sum()
@@ -373,7 +379,7 @@ impl FullDrive {
         let readings: Vec<_> =
             self.readings().map(|reading| self.channel(channel, reading)).collect();
         let found = ColourEstimate::new(&readings, self.factor);
-        let of_luminance = self.bound(channel) * found.luminance.value;
+        let of_luminance = self.bound(channel, Beyond::bound_of_mean) * found.luminance.value;
         found.biased([0.0; 4], [0.0; 2], of_luminance)
     }
 
@@ -384,8 +390,8 @@ impl FullDrive {
             self.cells.iter().map(|cell| self.open(cell, reading, |_| true)).collect()
         };
         let found = colour_difference::estimate(&grouped(self.readings().map(of).collect()))?;
-        let moved = [2, 3].map(|k| self.moved(|white| coordinates(white)[k]));
-        Some(biased(found, 2.0 * moved[0].hypot(moved[1])))
+        let moved = |k: usize| self.moved_by(Beyond::bound, |white| coordinates(white)[k]);
+        Some(biased(found, 2.0 * moved(2).hypot(moved(3))))
     }
 
     /// ΔE_ITP from black of the black at full drive; `None` without sub-pixels.
@@ -434,13 +440,22 @@ mod tests {
 
     const NAMES: [&str; 3] = ["red", "green", "infrared"];
 
-    /// Channels of lights at these wavelengths, alike all over the panel in 17 readings, of which
-    /// any place may lack these shares.
     fn of_share(share: f64) -> Beyond {
         let share = Some(Estimate::new(share, 0.0));
-        Beyond { reach: 2, share, walls: None, error_of_images: 0.0, falls: vec![0.0] }
+        let by_cell = [Vec::new(), Vec::new()];
+        Beyond {
+            reach: 2,
+            share,
+            walls: None,
+            by_cell,
+            walls_of_mean: 0.0,
+            error_of_images: 0.0,
+            falls: vec![0.0],
+        }
     }
 
+    /// Channels of lights at these wavelengths, alike all over the panel in 17 readings, of which
+    /// any place may lack these shares.
     fn full(beyond: [f64; 3]) -> FullDrive {
         let nm = [630.0, 530.0, 460.0];
         let part = |channel: usize| {

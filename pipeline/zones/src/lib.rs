@@ -12,10 +12,10 @@
 //! The light of a pattern is B(x) = Σ d_p r_p(x) over the packages p at drives d_p. Their responses
 //! r_p are those of the traced array, shifted by whole bins ([`places`]) and folded at the walls of a
 //! larger one (`walls`). Light farther out than the traced array is missing, and the law of the walls
-//! is off: ε, the shares of both of an inner package's light ([`reference::Beyond`]). No place then lacks
-//! or has more than ε W max d_p, with W the mean at full drive, nor more than what the lit packages
-//! together send so far: the smaller one bounds the bias of every value. Figures in colours have an ε
-//! and W of each channel.
+//! is off beside them: ε, the shares of both of an inner package's light ([`reference::Beyond`]). No place
+//! then lacks or has more than ε W max d_p, with W the mean at full drive, nor more than what the lit
+//! packages together send so far: the smaller one bounds the bias of every value, and a mean over the panel
+//! has the mean of these bounds. Figures in colours have an ε and W of each channel.
 
 mod cells;
 pub mod colour_estimates;
@@ -60,7 +60,7 @@ use self::panel::PanelBeforeZones;
 use self::pattern_colours::PatternColours;
 use self::picture::PictureOnPanel;
 use self::places::Places;
-use self::reference::{Reference, sum_of};
+use self::reference::{LightOff, Reference, sum_of};
 use self::responses::{ChannelLight, Responses, direct};
 use self::superposition::{ANYWHERE, Block, Piece, Turn};
 use self::walls::Walls;
@@ -132,11 +132,11 @@ pub enum PatternPicture<'a> {
     Coloured(&'a PictureOnPanel<'a>),
 }
 
-/// Light that any place may lack or have too much.
+/// Light that places may lack or have too much.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct BeyondLight {
     /// Of each part of the light, in the pattern.
-    pub parts: Vec<f64>,
+    pub parts: Vec<LightOff>,
     /// Luminance at full drive, over that of white.
     pub of_white: f64,
 }
@@ -299,18 +299,17 @@ impl<'a> ZonedDesign<'a> {
         let mut reference = array.kept_reference(cache, context)?;
         let area = [0, 1].map(|axis| self.places.area_mm(axis));
         // The bound of the bias at full drive, and in the pattern.
-        let beyond = reference.beyond.as_ref().map_or(0.0, reference::Beyond::bound);
+        let beyond = reference.beyond.as_ref().map_or(0.0, reference::Beyond::bound_of_mean);
         let light_beyond = if let Some(full) = pattern.full {
             let channels = full.beyond.iter().zip(pattern.drives);
             let share =
-                |(of, drives): (&Option<_>, &Vec<f64>)| array.share_beyond(of.as_ref(), drives);
-            full.beyond_light(&channels.map(share).collect::<Vec<f64>>())
+                |(of, drives): (&Option<_>, &Vec<f64>)| array.light_off(of.as_ref(), drives);
+            full.beyond_light(&channels.map(share).collect::<Vec<LightOff>>())
         } else {
-            let share = array.share_beyond(reference.beyond.as_ref(), &pattern.drives[0]);
-            BeyondLight { parts: vec![share * reference.white[groups]], of_white: beyond }
+            let share = array.light_off(reference.beyond.as_ref(), &pattern.drives[0]);
+            let parts = vec![share.times(reference.white[groups])];
+            BeyondLight { parts, of_white: beyond }
         };
-        let luminance = light_beyond.parts.iter().zip(&array.parts);
-        let bias: f64 = luminance.map(|(light, part)| light * part.xyz[1]).sum();
         let light = (&array.parts[..], light_beyond);
         let panel = PanelBeforeZones::new(self.frame, (self.zones, area), light, pattern.picture);
         let (shown, hidden) = array.with_pieces(pattern.drives, |pieces| {
@@ -340,11 +339,10 @@ impl<'a> ZonedDesign<'a> {
         let without = &reference.white[..groups];
         let white = JackknifedFigure::new(reference.white[groups], without.to_vec()).estimate();
         let zones = [0, 1].map(|k| {
-            let one = |(figure, behind): (&JackknifedFigure, &f64)| {
-                let bias = if k == 0 { bias } else { *behind };
-                biased(figure.estimate(), bias).times(factor)
+            let one = |(figure, bias): (&JackknifedFigure, &f64)| {
+                biased(figure.estimate(), *bias).times(factor)
             };
-            shown.zones[k].iter().zip(&shown.bias.zones).map(one).collect()
+            shown.zones[k].iter().zip(&shown.bias.zones[k]).map(one).collect()
         });
         let mean = shown.mean().times(factor);
         let halo = shown.halo.map(|[black, bright]| {
@@ -362,21 +360,19 @@ impl<'a> ZonedDesign<'a> {
                 biased(contrast.estimate(), of_ratio),
             ]
         });
-        let [mut backlight, mut behind] = shown.maps;
-        for (k, error) in backlight.1.iter_mut().enumerate() {
-            *error = factor * error.hypot(bias / 3f64.sqrt());
-            let bias = shown.bias.bins[k];
-            behind.1[k] = factor * behind.1[k].hypot(bias / 3f64.sqrt());
+        let mut maps = shown.maps;
+        for ((values, errors), bias) in maps.iter_mut().zip(&shown.bias.bins) {
+            values.iter_mut().for_each(|value| *value *= factor);
+            for (error, bias) in errors.iter_mut().zip(bias) {
+                *error = factor * error.hypot(bias / 3f64.sqrt());
+            }
         }
-        for value in backlight.0.iter_mut().chain(&mut behind.0) {
-            *value *= factor;
-        }
-        reference.scale(factor, beyond);
+        reference.scale(factor);
         let colours = shown.colours.map(|sums| sums.figures(factor));
         Ok(Dimmed {
             responses: array.responses.count(),
             colours,
-            maps: [backlight, behind],
+            maps,
             zones,
             halo,
             hidden,

@@ -11,6 +11,7 @@ use super::map_receiver::Frame;
 use super::panel_colour::{Account, LitPixel};
 use super::pattern_colours::{ColourSums, worst};
 use super::picture::PictureOnPanel;
+use super::reference::LightOff;
 use super::responses::ChannelLight;
 use super::superposition::{Piece, RowOfGroups, rows_of_parts};
 use super::{BeyondLight, PatternPicture};
@@ -48,7 +49,7 @@ pub(super) struct PanelBeforeZones<'a> {
     /// Parts of the light.
     light: &'a [ChannelLight],
     wanted: Wanted<'a>,
-    /// Light that any bin may lack or have too much.
+    /// Light that bins may lack or have too much.
     beyond: BeyondLight,
 }
 
@@ -75,10 +76,10 @@ pub(super) struct DisplayedLight {
 /// Bounds of the bias behind the panel: of noise where the backlight is about as bright as what is
 /// wanted, and of light beyond the traced array.
 pub(super) struct Bias {
-    /// In each bin.
-    pub bins: Vec<f64>,
-    /// In the mean of each zone.
-    pub zones: Vec<f64>,
+    /// In each bin, of the backlight from beyond alone and behind the panel.
+    pub bins: [Vec<f64>; 2],
+    /// The same in the mean of each zone.
+    pub zones: [Vec<f64>; 2],
     /// In the means of the halo's bins.
     pub halo: [f64; 2],
 }
@@ -116,7 +117,7 @@ struct ColourRow {
 
 impl<'a> PanelBeforeZones<'a> {
     /// The panel of `frame` before `zones` over `area` (lower end and length along x and y, mm) and
-    /// these parts of the light, of which any bin may lack or have too much what lies beyond the traced
+    /// these parts of the light, of which bins may lack or have too much what lies beyond the traced
     /// array, which shows a picture.
     pub fn new(
         frame: Frame,
@@ -165,7 +166,7 @@ impl<'a> PanelBeforeZones<'a> {
         let largest = self.levels.iter().copied().fold(0.0, f64::max);
         let is_bright = |level: f64| level > 0.0 && level >= (1.0 - 1e-9) * largest;
         let of_bin = |k: usize| {
-            let bin = [k % self.frame.bins[0], k / self.frame.bins[0]];
+            let bin = self.place(k);
             let zone = |axis: usize| {
                 let parts = self.parts[axis][bin[axis]].iter();
                 Some(parts.max_by(|a, b| a.1.total_cmp(&b.1))?.0)
@@ -265,11 +266,23 @@ impl<'a> PanelBeforeZones<'a> {
         if level.is_nan() { 0.0 } else { level * scale }
     }
 
-    /// `light` by parts with so many times the light that may come from beyond, of one channel or all.
-    fn with_beyond(&self, light: &[f64], times: f64, channel: Option<usize>) -> Vec<f64> {
-        let more = |((light, part), beyond): ((&f64, &ChannelLight), &f64)| {
+    /// Column and row of a bin.
+    fn place(&self, bin: usize) -> [usize; 2] {
+        [bin % self.frame.bins[0], bin / self.frame.bins[0]]
+    }
+
+    /// `light` by parts in a bin with so many times the light that may come from beyond, of one channel or
+    /// all.
+    fn with_beyond(
+        &self,
+        (bin, light): (usize, &[f64]),
+        times: f64,
+        channel: Option<usize>,
+    ) -> Vec<f64> {
+        let place = self.place(bin);
+        let more = |((light, part), beyond): ((&f64, &ChannelLight), &LightOff)| {
             let is_changed = channel.is_none_or(|channel| channel == part.channel);
-            if is_changed { (light + times * beyond).max(0.0) } else { *light }
+            if is_changed { (light + times * beyond.at(place)).max(0.0) } else { *light }
         };
         light.iter().zip(self.light).zip(&self.beyond.parts).map(more).collect()
     }
@@ -284,11 +297,12 @@ impl<'a> PanelBeforeZones<'a> {
         2 * if channels > 1 { 1 + channels } else { 1 }
     }
 
-    /// `light` with more and with less from beyond, of all channels together and, where there are
-    /// several, of each ([`worst`]).
-    fn at_ends<'l>(&'l self, light: &'l [f64]) -> impl Iterator<Item = Vec<f64>> + 'l {
+    /// `light` in a bin with more and with less from beyond, of all channels together and, where there
+    /// are several, of each ([`worst`]).
+    fn at_ends<'l>(&'l self, bin: usize, light: &'l [f64]) -> impl Iterator<Item = Vec<f64>> + 'l {
         let channels = std::iter::once(None).chain((0..self.channels()).map(Some));
-        let both = move |channel| [1.0, -1.0].map(|times| self.with_beyond(light, times, channel));
+        let both =
+            move |channel| [1.0, -1.0].map(|times| self.with_beyond((bin, light), times, channel));
         channels.flat_map(both).take(self.ends())
     }
 
@@ -328,7 +342,7 @@ impl<'a> PanelBeforeZones<'a> {
         }
         if self.beyond.of_white > 0.0 {
             let ends: Vec<Outcome> =
-                self.at_ends(light).map(|light| self.outcome(at, &light, white)).collect();
+                self.at_ends(at.0, light).map(|light| self.outcome(at, &light, white)).collect();
             (0..3).for_each(|k| {
                 let changes: Vec<f64> = ends.iter().map(|end| (end[k] - middle[k]).abs()).collect();
                 bounds[k] += worst(&changes) + self.beyond.of_white * middle[0];
@@ -339,14 +353,22 @@ impl<'a> PanelBeforeZones<'a> {
 
     /// Means over zones and over the bins of the halo of `bins`.
     fn bias(&self, bins: Vec<f64>, areas: &[f64]) -> Bias {
-        let (mut zones, mut halo) = (vec![0.0; areas.len()], [0.0; 2]);
+        let (mut zones, mut halo) = ([0, 1].map(|_| vec![0.0; areas.len()]), [0.0; 2]);
         let counts = self.halo_bins().map(|count| count.max(1) as f64);
-        for (k, bias) in bins.iter().enumerate() {
-            let [x, y] = [k % self.frame.bins[0], k / self.frame.bins[0]];
+        let beyond = |bin: usize| {
+            let place = self.place(bin);
+            let parts = self.light.iter().zip(&self.beyond.parts);
+            parts.map(|(part, beyond)| part.xyz[1] * beyond.at(place)).sum()
+        };
+        let bins = [(0..bins.len()).map(beyond).collect(), bins];
+        for (k, bias) in bins[1].iter().enumerate() {
+            let [x, y] = self.place(k);
             for (j, of_y) in &self.parts[1][y] {
                 for (i, of_x) in &self.parts[0][x] {
                     let zone = j * self.zones[0] + i;
-                    zones[zone] += of_x * of_y * bias / areas[zone];
+                    for (zones, bins) in zones.iter_mut().zip(&bins) {
+                        zones[zone] += of_x * of_y * bins[k] / areas[zone];
+                    }
                 }
             }
             match self.roles[k] {
@@ -448,7 +470,7 @@ impl<'a> PanelBeforeZones<'a> {
         white: f64,
         dark: &mut [(Vec<[f64; 3]>, f64)],
     ) {
-        for (number, light) in self.at_ends(light).enumerate() {
+        for (number, light) in self.at_ends(first + x, light).enumerate() {
             let xyz = self.shown((first + x, groups), &light, white, &mut Account::default());
             for (zone, part) in &self.parts[0][x] {
                 add(&mut dark[*zone].0[groups + 1 + number], xyz, *part);
@@ -604,7 +626,7 @@ impl DisplayedLight {
         let groups = zones.first().map_or(0, |zone| zone.without.len());
         let without = (0..groups).map(|group| mean(&|zone| zone.without[group])).collect();
         let found = JackknifedFigure::new(mean(&|zone| zone.value), without).estimate();
-        biased(found, self.bias.zones.iter().sum::<f64>() / zones.len() as f64)
+        biased(found, self.bias.zones[1].iter().sum::<f64>() / zones.len() as f64)
     }
 }
 
@@ -667,7 +689,7 @@ mod tests {
             };
             let picture = PatternPicture::Coloured(&on_panel);
             let whole = ([1, 1], [[0.0, 1.0]; 2]);
-            let none = BeyondLight { parts: vec![0.0], of_white: 0.0 };
+            let none = BeyondLight { parts: vec![LightOff::anywhere(0.0, [1, 1])], of_white: 0.0 };
             let panel = PanelBeforeZones::new(frame, whole, (&parts, none), picture);
             let noise = 0.03;
             for d in [0.0, 0.5, 1.0, -0.7, 3.0] {
@@ -696,7 +718,7 @@ mod tests {
                 }
             }
             // Light from beyond: a tenth of full drive on black is a tenth of what leaks.
-            let some = BeyondLight { parts: vec![0.1], of_white: 0.1 };
+            let some = BeyondLight { parts: vec![LightOff::anywhere(0.1, [1, 1])], of_white: 0.1 };
             let panel = PanelBeforeZones::new(frame, whole, (&parts, some), picture);
             let [y, ..] = panel.biases((0, 0), &[1.0], &[0.0], 1.0);
             if level.iter().all(|own| own.abs() < f64::MIN_POSITIVE) {

@@ -12,7 +12,7 @@ use metrics::{Estimate, Grouped, JackknifedFigure};
 
 use super::Array;
 use super::cells::{Cells, inside};
-use super::estimates::{figure, readings};
+use super::estimates::{biased, figure, readings};
 use super::superposition::{Block, Piece, RowOfGroups, rows, rows_of_parts};
 use super::walls::AtWalls;
 
@@ -66,6 +66,10 @@ pub struct Beyond {
     /// Light that lies wrong beside walls to which packages are moved, over the mean at full drive;
     /// `None` where the traced array is the stated one.
     pub walls: Option<Estimate>,
+    /// The most of that in each cell of a pitch from a wall on, across x and across y.
+    pub by_cell: [Vec<f64>; 2],
+    /// The most of that in the mean over the panel.
+    pub walls_of_mean: f64,
     /// The most that lies wrong of light beyond walls, over it.
     pub error_of_images: f64,
     /// Share of its light on the cell of a package so many places away or farther, at most.
@@ -73,31 +77,73 @@ pub struct Beyond {
 }
 
 impl Beyond {
-    /// The largest share that both may be: two standard errors above their values, and all light
-    /// where it does not fall off.
+    /// The largest share that both may be at any place: two standard errors above their values, and all
+    /// light where it does not fall off.
     pub fn bound(&self) -> f64 {
-        let [share, walls] = self.bounds();
-        (share + walls).min(1.0)
+        let at_corner = self.by_cell.iter().filter_map(|cells| cells.first());
+        (self.largest_share() + at_corner.sum::<f64>()).min(1.0)
     }
 
-    fn bounds(&self) -> [f64; 2] {
-        let largest = |of: Estimate| of.value.abs() + 2.0 * of.standard_error;
-        [self.share.map_or(1.0, largest), self.walls.map_or(0.0, largest)]
+    /// The same of the mean over the panel: light lies wrong beside walls alone.
+    pub fn bound_of_mean(&self) -> f64 {
+        (self.largest_share() + self.walls_of_mean).min(1.0)
+    }
+
+    fn largest_share(&self) -> f64 {
+        self.share.map_or(1.0, |of| of.value.abs() + 2.0 * of.standard_error)
+    }
+}
+
+/// Light that places of a pattern may lack or have too much.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct LightOff {
+    /// Anywhere.
+    anywhere: f64,
+    /// Beside walls: no more than all lit packages together make.
+    beside: f64,
+    /// Beside walls at the largest drive, in the bins along x and y.
+    by_bin: [Vec<f64>; 2],
+    /// No more than all light.
+    all: f64,
+}
+
+impl LightOff {
+    /// This share in all of so many bins along x and y.
+    pub fn anywhere(share: f64, bins: [usize; 2]) -> Self {
+        let by_bin = bins.map(|bins| vec![0.0; bins]);
+        Self { anywhere: share, beside: 0.0, by_bin, all: share }
+    }
+
+    /// In a bin.
+    pub fn at(&self, [i, j]: [usize; 2]) -> f64 {
+        let walls = self.by_bin[0][i] + self.by_bin[1][j];
+        (self.anywhere + self.beside.min(walls)).min(self.all)
+    }
+
+    /// So many times that.
+    pub fn times(mut self, factor: f64) -> Self {
+        for share in [&mut self.anywhere, &mut self.beside, &mut self.all] {
+            *share *= factor;
+        }
+        self.by_bin.iter_mut().flatten().for_each(|share| *share *= factor);
+        self
     }
 }
 
 impl Reference {
     /// Puts its figures into a quantity that is `factor` times as large; those at full drive may lack
-    /// a share `beyond` of their light.
-    pub(super) fn scale(&mut self, factor: f64, beyond: f64) {
+    /// what is beyond.
+    pub(super) fn scale(&mut self, factor: f64) {
+        let [of_mean, anywhere] =
+            self.beyond.as_ref().map_or([0.0; 2], |of| [of.bound_of_mean(), of.bound()]);
         for (key, estimate) in &mut self.uniformity {
-            let is_level = ["mean", "min", "max"].contains(&&key[..]);
-            // A ratio of two levels has the bias of both.
-            let (factor, share) = if is_level { (factor, beyond) } else { (1.0, 2.0 * beyond) };
-            if share > 0.0 {
-                *estimate = estimate.with_bias(share * estimate.value);
-            }
-            *estimate = estimate.times(factor);
+            let (factor, share) = match &key[..] {
+                "mean" => (factor, of_mean),
+                "min" | "max" => (factor, anywhere),
+                // A ratio of two levels has the bias of both.
+                _ => (1.0, 2.0 * anywhere),
+            };
+            *estimate = biased(*estimate, share * estimate.value).times(factor);
         }
         for ring in &mut self.spread.rings {
             let numbers = [&mut ring.value, &mut ring.standard_error].into_iter();
@@ -343,17 +389,31 @@ impl Array<'_> {
         let share = share.map(|(value, all)| JackknifedFigure::new(value, all).estimate());
         let falls = self.falls((&block, at), centre, reach);
         let falls = falls.into_iter().map(|light| light / all[last]).collect();
-        let walls = [0, 1].map(|axis| self.error_at_walls(axis, channel)).into_iter().flatten();
-        // A corner has the errors of both.
-        let (mut wrong, mut error_of_images) = (None, 0.0);
-        for AtWalls { error, share } in walls {
-            wrong = Some(wrong.map_or(share, |other: Estimate| {
+        let mut found = Beyond {
+            reach,
+            share,
+            walls: None,
+            by_cell: [Vec::new(), Vec::new()],
+            walls_of_mean: 0.0,
+            error_of_images: 0.0,
+            falls,
+        };
+        for axis in 0..2 {
+            let Some(AtWalls { error, share, by_cell }) = self.error_at_walls(axis, channel) else {
+                continue;
+            };
+            // A corner has the errors of both.
+            found.walls = Some(found.walls.map_or(share, |other| {
                 let error = other.standard_error.hypot(share.standard_error);
                 Estimate::new(other.value + share.value, error)
             }));
-            error_of_images = f64::max(error_of_images, error);
+            // Two walls, over all cells.
+            let cells = self.places.whole[axis] as f64;
+            found.walls_of_mean += 2.0 * by_cell.iter().sum::<f64>() / cells;
+            found.error_of_images = found.error_of_images.max(error);
+            found.by_cell[axis] = by_cell;
         }
-        Some(Beyond { reach, share, walls: wrong, error_of_images, falls })
+        Some(found)
     }
 
     /// The most light of a response on a cell of a package so many places from its own or farther: two
@@ -390,12 +450,12 @@ impl Array<'_> {
         falls
     }
 
-    /// Light that any place may lack or have too much at these drives of the zones, over the mean at
-    /// full drive: that of full drive at the largest, or what all lit packages together may make.
-    pub(super) fn share_beyond(&self, beyond: Option<&Beyond>, drives: &[f64]) -> f64 {
-        let Some(beyond) = beyond else { return 0.0 };
+    /// Light that places may lack or have too much at these drives of the zones, over the mean at full
+    /// drive: that of full drive at the largest, or what all lit packages together may make.
+    pub(super) fn light_off(&self, beyond: Option<&Beyond>, drives: &[f64]) -> LightOff {
+        let Some(beyond) = beyond else { return LightOff::anywhere(0.0, self.frame.bins) };
         let largest = drives.iter().copied().fold(0.0, f64::max);
-        let ([share, walls], last) = (beyond.bounds(), beyond.falls.len().saturating_sub(1));
+        let last = beyond.falls.len().saturating_sub(1);
         let (mut far, mut beside) = (0.0, 0.0);
         for (packages, drive) in self.places.packages_by_zone().iter().zip(drives) {
             for package in packages {
@@ -406,7 +466,19 @@ impl Array<'_> {
             }
         }
         let far = if beyond.share.is_some() { far } else { largest };
-        (far.min(share * largest) + beside.min(walls * largest)).min(largest)
+        // Cells of a pitch between a bin and both walls.
+        let at_walls = |k: usize, bin: usize| -> f64 {
+            let ([low, length], middle) = (self.places.area_mm(k), self.frame.middle_mm(k, bin));
+            let away = [middle - low, low + length - middle];
+            let cell = |mm: f64| (mm / self.places.pitch_mm[k]).max(0.0) as usize;
+            largest * away.iter().filter_map(|mm| beyond.by_cell[k].get(cell(*mm))).sum::<f64>()
+        };
+        LightOff {
+            anywhere: far.min(beyond.largest_share() * largest),
+            beside,
+            by_bin: [0, 1].map(|k| (0..self.frame.bins[k]).map(|bin| at_walls(k, bin)).collect()),
+            all: largest,
+        }
     }
 }
 

@@ -204,6 +204,15 @@ impl Responses {
         Ok(Self { blocks, groups, images, columns, key })
     }
 
+    /// These blocks of all light, of the places that `images` name, row after row of so many columns.
+    #[cfg(test)]
+    pub fn of_blocks(blocks: Vec<Block>, images: &[usize], columns: usize) -> Self {
+        let groups = blocks[0].groups;
+        let blocks = blocks.into_iter().map(|block| vec![block]).collect();
+        let images = images.iter().map(|number| (*number, Turn::default())).collect();
+        Self { blocks, groups, images, columns, key: Key::of(&json!({})) }
+    }
+
     /// Number of responses that were traced.
     pub fn count(&self) -> usize {
         self.blocks.len()

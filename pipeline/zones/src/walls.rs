@@ -6,7 +6,7 @@
 use std::f64::consts::FRAC_2_PI;
 
 use design::Design;
-use metrics::Estimate;
+use metrics::{Estimate, JackknifedFigure, spread};
 
 use super::Array;
 use super::estimates::{figure, readings};
@@ -23,7 +23,7 @@ pub(super) struct Walls {
     /// Bins of the whole map.
     bins: [usize; 2],
     /// Share of the light beyond a wall that comes back, of each part of the light, along x and y.
-    returned: Vec<[f64; 2]>,
+    returned: Vec<[JackknifedFigure; 2]>,
 }
 
 /// Light of a package near a wall, by cells of a pitch from the wall on and by groups of paths.
@@ -36,12 +36,14 @@ struct NearWall {
 }
 
 /// Light that lies wrong beside the walls across an axis.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct AtWalls {
     /// The most of it over the light beyond a wall.
     pub error: f64,
     /// What all packages that are moved make of it at a place beside a wall, over the mean at full drive.
     pub share: Estimate,
+    /// The most of that in each cell of a pitch from the wall on.
+    pub by_cell: Vec<f64>,
 }
 
 impl Walls {
@@ -75,7 +77,7 @@ impl Walls {
             let end = piece.at[k] + piece.bins()[k] as isize;
             let crossed = [piece.at[k] < 0, end > self.bins[k] as isize];
             let walls = self.half_bins[k].into_iter().zip(crossed).filter(|(_, crossed)| *crossed);
-            let returned = self.returned.get(part).map_or(1.0, |shares| shares[k]);
+            let returned = self.returned.get(part).map_or(1.0, |shares| shares[k].value);
             let images: Vec<Piece> = walls
                 .flat_map(|(half_bins, _)| {
                     pieces.iter().map(move |piece| {
@@ -95,38 +97,49 @@ impl Walls {
 impl Array<'_> {
     /// Finds what comes back of light beyond the walls, in each part.
     pub(super) fn find_returned(&mut self) {
-        let sum = |cells: &[Vec<f64>]| cells.iter().flatten().sum::<f64>();
+        let groups = self.responses.groups;
         let of_part = |part: usize| {
             [0, 1].map(|axis| {
-                let Some(away) = self.places.near_wall(axis).checked_sub(1) else { return 1.0 };
-                let near = self.near_walls(axis, away, part);
-                let beyond: f64 = near.iter().map(|near| sum(&near.image)).sum();
-                let missing = near.iter().map(|near| sum(&near.traced) - sum(&near.within));
-                if beyond > 0.0 { (missing.sum::<f64>() / beyond).clamp(0.0, 1.0) } else { 1.0 }
+                let all = JackknifedFigure::new(1.0, vec![1.0; groups]);
+                let Some(away) = self.places.near_wall(axis).checked_sub(1) else { return all };
+                let [mut beyond, mut missing] = [(); 2].map(|()| vec![0.0; groups]);
+                for near in self.near_walls(axis, away, part) {
+                    near.image.iter().for_each(|cell| add(&mut beyond, 1.0, cell));
+                    near.traced.iter().for_each(|cell| add(&mut missing, 1.0, cell));
+                    near.within.iter().for_each(|cell| add(&mut missing, -1.0, cell));
+                }
+                let [beyond, missing] = [beyond, missing].map(|groups| readings(&groups));
+                if beyond.iter().any(|light| *light <= 0.0) {
+                    return all;
+                }
+                let mut shares: Vec<f64> =
+                    missing.iter().zip(&beyond).map(|(light, of)| light / of).collect();
+                let share = shares.pop().unwrap_or(1.0).clamp(0.0, 1.0);
+                JackknifedFigure::new(share, shares)
             })
         };
         self.walls.returned = (0..self.parts.len()).map(of_part).collect();
     }
 
     /// Light that lies wrong beside the walls across an axis: the law beside what is traced, cell by
-    /// cell, for a package one place nearer than those that tell what comes back; of one channel, or all.
-    /// `None` where none is moved.
+    /// cell, for a package one place nearer than those that tell what comes back, and the error of what
+    /// these tell; of one channel, or all. `None` where none is moved.
     pub(super) fn error_at_walls(&self, axis: usize, channel: Option<usize>) -> Option<AtWalls> {
         let near_wall = self.places.near_wall(axis);
         let away = near_wall.checked_sub(2).filter(|_| self.is_moved(axis))?;
         let (groups, cells) = (self.responses.groups, self.places.traced[axis]);
         // Differences in the cells of both walls, light beyond them, there and one place farther, and all.
         let mut wrong = vec![vec![0.0; groups]; 2 * cells];
-        let [mut beyond, mut farther, mut all] = [(); 3].map(|()| vec![0.0; groups]);
-        let add = |to: &mut [f64], factor: f64, from: &[f64]| {
-            to.iter_mut().zip(from).for_each(|(sum, value)| *sum += factor * value);
-        };
+        let [mut beyond, mut all] = [(); 2].map(|()| vec![0.0; groups]);
+        // Light beyond, one place farther, by cells beyond the wall, and what comes back of it without each group.
+        let (mut farther, mut comes_back) = (vec![0.0; cells], vec![0.0; groups]);
         let mut one_path = 0.0;
         for (number, part) in self.parts.iter().enumerate() {
             if channel.is_some_and(|channel| part.channel != channel) {
                 continue;
             }
-            let (returned, y) = (self.walls.returned[number][axis], part.xyz[1]);
+            let (share, y) = (&self.walls.returned[number][axis], part.xyz[1]);
+            let returned = share.value;
             one_path += y * self.one_path_of_inner(number);
             for (wall, near) in self.near_walls(axis, away, number).iter().enumerate() {
                 for cell in 0..cells {
@@ -140,10 +153,14 @@ impl Array<'_> {
                 }
             }
             for near in self.near_walls(axis, away + 1, number) {
-                near.image.iter().for_each(|cell| add(&mut farther, y, cell));
+                for (sum, cell) in farther.iter_mut().zip(&near.image) {
+                    let light = y * cell.iter().sum::<f64>();
+                    *sum += light;
+                    add(&mut comes_back, light, &share.without);
+                }
             }
         }
-        let [beyond, farther, all] = [beyond, farther, all].map(|groups| readings(&groups));
+        let [beyond, all] = [beyond, all].map(|groups| readings(&groups));
         if beyond.iter().any(|light| *light <= 0.0) {
             return None;
         }
@@ -156,10 +173,18 @@ impl Array<'_> {
             square += cell.standard_error.powi(2);
         }
         let of_beyond = |light: f64| (light / beyond[groups]).min(1.0);
+        // Light beyond the cells from each on.
+        for cell in (1..cells).rev() {
+            farther[cell - 1] += farther[cell];
+        }
+        let of_share = if farther[0] > 0.0 { spread(&comes_back) / farther[0] } else { 0.0 };
         let error = Estimate::new(of_beyond((sum - noise).max(0.0)), of_beyond(square.sqrt()));
+        let error = error.with_error(of_share);
+        let most = (error.value + 2.0 * error.standard_error).min(1.0);
         Some(AtWalls {
-            error: (error.value + 2.0 * error.standard_error).min(1.0),
-            share: error.times(farther[groups] / all[groups]),
+            error: most,
+            share: error.times(farther[0] / all[groups]),
+            by_cell: farther.iter().map(|light| most * light / all[groups]).collect(),
         })
     }
 
@@ -223,6 +248,11 @@ impl Array<'_> {
     }
 }
 
+/// Adds so many times the numbers of groups.
+fn add(to: &mut [f64], factor: f64, from: &[f64]) {
+    to.iter_mut().zip(from).for_each(|(sum, value)| *sum += factor * value);
+}
+
 /// Sums of a response over the bins across `axis`, by bin along it and by group.
 fn profile(
     responses: &Responses,
@@ -246,4 +276,131 @@ fn profile(
         }
     }
     sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use design::resolved::array::PackagePositions;
+    use design::schema::{Arrangement, Pitch};
+
+    use crate::MapReceiver;
+    use crate::responses::ChannelLight;
+    use crate::superposition::Block;
+
+    /// Light of a package in bins of half a pitch from its middle on.
+    const KERNEL: [f64; 10] = [10.0, 7.0, 5.0, 4.0, 3.0, 2.0, 1.5, 1.0, 0.6, 0.3];
+    const COLUMNS: usize = 13;
+    const GROUPS: usize = 16;
+    /// Share that walls send back.
+    const RETURNED: f64 = 0.6;
+
+    /// Light farther than so many pitches and a half from a package, on one side.
+    fn beyond(places: usize) -> f64 {
+        KERNEL.iter().skip(2 * places + 1).sum()
+    }
+
+    /// Light of the package in a column, by bins, with the images in walls that send back a share.
+    fn of_package(column: usize, returned: f64) -> Vec<f64> {
+        let middle = 2.0 * column as f64 + 1.0;
+        let bins = 2 * COLUMNS;
+        let images = [(1.0, middle), (returned, -middle), (returned, 2.0 * bins as f64 - middle)];
+        let light = |bin: usize| {
+            let of = |(share, at): (f64, f64)| {
+                let away = (bin as f64 + 0.5 - at).abs() as usize;
+                share * KERNEL.get(away).copied().unwrap_or(0.0)
+            };
+            images.into_iter().map(of).sum()
+        };
+        (0..bins).map(light).collect()
+    }
+
+    /// Reads an array of 13 columns, of which 5 are traced, beside walls that send back this share of the
+    /// light of the outermost packages, and with this noise in the groups of those that tell the share.
+    fn read(outermost: f64, noise: f64, read: impl FnOnce(&Array)) {
+        let mut design = design::embedded("d1.toml").expect("valid");
+        let (columns, rows, arrangement) = (COLUMNS, 5, Arrangement::Square);
+        design.array.positions = PackagePositions::Grid { columns, rows, arrangement };
+        design.array.pitch_mm = Pitch::Same(8.0);
+        let whole = [COLUMNS, 5];
+        let mut places = Places::new(&design, Some(whole), Some([5, 5])).expect("places");
+        places.divide(whole).expect("a zone for each");
+        let bins = [2 * COLUMNS, 10];
+        let mut receiver = MapReceiver::new(&design, None, &places, false).expect("the plane");
+        receiver.frame = Frame { bins, bin_mm: [4.0; 2], low_mm: [-52.0, -20.0] };
+        let block = |column: usize| {
+            let from_end = column.min(COLUMNS - 1 - column);
+            let light = of_package(column, if from_end == 0 { outermost } else { RETURNED });
+            let group = |group: usize| {
+                let sign = if group % 2 == 0 { 1.0 } else { -1.0 };
+                let factor = if from_end == 1 { 1.0 + noise * sign } else { 1.0 };
+                let mut values = vec![0.0; bins[0] * bins[1]];
+                let row = values[5 * bins[0]..][..bins[0]].iter_mut().zip(&light);
+                row.for_each(|(value, light)| *value = factor * light / GROUPS as f64);
+                values
+            };
+            Block::new(bins, &(0..GROUPS).map(group).collect::<Vec<_>>(), 1e-12)
+        };
+        let blocks = (0..COLUMNS).map(block).collect();
+        let images: Vec<usize> = (0..5 * COLUMNS).map(|k| k % COLUMNS).collect();
+        let half_bins = bins.map(|bins| [0, 2 * bins as isize]);
+        let mut array = Array {
+            places: &places,
+            receiver: &receiver,
+            responses: Responses::of_blocks(blocks, &images, COLUMNS),
+            zones: whole,
+            step: [2; 2],
+            frame: receiver.frame,
+            parts: ChannelLight::whole(),
+            walls: Walls { half_bins, bins, returned: Vec::new() },
+        };
+        array.find_returned();
+        read(&array);
+    }
+
+    /// Walls of the law: it is found as it is, and what its packages leave open is its error.
+    #[test]
+    fn the_error_of_what_comes_back_is_part_of_the_bound() {
+        for noise in [0.0, 0.1] {
+            read(RETURNED, noise, |array| {
+                let found = &array.walls.returned[0][0];
+                assert!((found.value - RETURNED).abs() < 1e-9, "{}", found.value);
+                let near: f64 = of_package(1, RETURNED).iter().sum();
+                let error = noise * near / beyond(1) / (GROUPS as f64 - 1.0).sqrt();
+                assert!((found.standard_error - error).abs() < 1e-9, "{}", found.standard_error);
+                let at_walls = array.error_at_walls(0, None).expect("moved");
+                let expected = (2.0 * error).min(1.0);
+                assert!((at_walls.error - expected).abs() < 1e-6, "{} {error}", at_walls.error);
+            });
+        }
+    }
+
+    /// Where the outermost packages tell walls of half as much more, the mean over the panel is as far off
+    /// as all packages that are moved make it together, and no more than that is charged to it.
+    #[test]
+    fn a_mean_is_charged_for_the_area_beside_walls_alone() {
+        read(1.5 * RETURNED, 0.0, |array| {
+            let all = 2.0 * KERNEL.iter().sum::<f64>();
+            let wrong = 0.5 * RETURNED;
+            let found = array.beyond(None).expect("moved");
+            for (cell, share) in found.by_cell[0].iter().enumerate() {
+                let expected = wrong * beyond(1 + cell) / all;
+                assert!((share - expected).abs() < 1e-6, "{cell}: {share} {expected}");
+            }
+            let cells: f64 = (1..COLUMNS).map(beyond).sum();
+            let expected = 2.0 / COLUMNS as f64 * wrong * cells / all;
+            assert!((found.walls_of_mean - expected).abs() < 1e-6, "{}", found.walls_of_mean);
+            // Light of the moved packages that lies wrong, over that of all.
+            let moved: f64 = (2..COLUMNS - 2).map(|i| beyond(i) + beyond(COLUMNS - 1 - i)).sum();
+            let off = wrong * moved / (COLUMNS as f64 * all);
+            assert!(off > 0.0 && off < found.walls_of_mean, "{off}");
+            // Control: at a wall it is more, and the bounds of all bins have the mean's as their mean.
+            assert!(found.bound() - found.bound_of_mean() > 2.0 * found.walls_of_mean);
+            let everywhere = array.light_off(Some(&found), &vec![1.0; 5 * COLUMNS]);
+            let of_bins: Vec<f64> = (0..2 * COLUMNS).map(|i| everywhere.at([i, 5])).collect();
+            let mean = of_bins.iter().sum::<f64>() / of_bins.len() as f64;
+            assert!((mean - found.bound_of_mean()).abs() < 1e-6, "{mean}");
+            assert!((of_bins[0] - found.bound()).abs() < 1e-6 && of_bins[13] < of_bins[0]);
+        });
+    }
 }

@@ -2,7 +2,7 @@
 // A search from the present design: goals, constraints and variables, and its candidates in a map.
 
 // What is seen, no part of the design that is built.
-const OBSERVES = /^(receivers?|far_field|trace|hybrid|files|light\.step_nm|light\.spectrum\.(samples|tolerance))\b/;
+const OBSERVES = /^(receivers?|far_field|channels|trace|hybrid|files|light\.step_nm|light\.spectrum\.(samples|tolerance))\b/;
 const search = { number: 0, candidates: [], asked: false, added: [], variables: new Map() };
 
 // Figures that the design has, as problem files name them; first those at the top of the page.

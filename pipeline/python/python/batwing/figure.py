@@ -30,8 +30,8 @@ class Figure:
     order. Different figures are taken as independent, and what is computed of one figure twice is
     not: ``f - f`` is 0 without an error. Figures of one trace are not independent: the paired `change`
     of a search knows its own error. Where an operand is known between two ends alone, the result is
-    an interval; there the ends of the others are the square root of three standard errors away, as
-    the program states them. A figure without a value, such as the angle of a peak that is noise, is
+    an interval; there the ends of the others are as far away as the program has them: the bound of
+    their bias and twice what is left of the standard error without it. A figure without a value, such as the angle of a peak that is noise, is
     no operand.
 
     ``<``, ``<=``, ``>`` and ``>=`` compare values, whatever the errors; a figure that is known between
@@ -152,7 +152,8 @@ class Figure:
             return self.interval
         if self.upper_bound is not None:
             return self.value, self.upper_bound
-        half = math.sqrt(3.0) * self.standard_error
+        bias = float(self.more.get("bias_bound") or 0.0)
+        half = bias + 2.0 * math.sqrt(max(self.standard_error**2 - bias**2 / 3.0, 0.0))
         return self.value - half, self.value + half
 
     def _operand(self, other: object, sign: str = "+") -> Figure | None:
