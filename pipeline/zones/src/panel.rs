@@ -355,7 +355,7 @@ impl<'a> PanelBeforeZones<'a> {
     fn bias(&self, bins: Vec<f64>, areas: &[f64]) -> Bias {
         let (mut zones, mut halo) = ([0, 1].map(|_| vec![0.0; areas.len()]), [0.0; 2]);
         let counts = self.halo_bins().map(|count| count.max(1) as f64);
-        let beyond = |bin: usize| {
+        let beyond = |bin: usize| -> f64 {
             let place = self.place(bin);
             let parts = self.light.iter().zip(&self.beyond.parts);
             parts.map(|(part, beyond)| part.xyz[1] * beyond.at(place)).sum()
