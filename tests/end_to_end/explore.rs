@@ -186,7 +186,7 @@ fn figures_are_those_of_a_run_to_the_bit() {
     assert!(live.ends());
 }
 
-/// The power of a source is the level of its channel: the colour of the plane follows it.
+/// The power of all sources of a channel is its level: the colour of the plane follows it.
 #[test]
 fn powers_of_channels_turn_the_colour_of_the_plane() {
     let live = Live::start(&coloured().replace("paths = 40_000", "paths = 8192"));
@@ -199,7 +199,7 @@ fn powers_of_channels_turn_the_colour_of_the_plane() {
     let before = live.last_frame();
     let mut pictures = before["pictures"].as_array().expect("pictures").iter();
     assert!(pictures.any(|picture| picture["id"] == "map_colours"));
-    let (status, _) = live.post("set", &json!({"path": "sources[1].power", "value": 4.0}));
+    let (status, _) = live.post("set", &json!({"path": "channels.red.power", "value": 4.0}));
     assert_eq!(status, 200);
     let after = live.last_frame();
     let [before, after] = [&before, &after].map(u_prime);
