@@ -61,10 +61,19 @@ impl Estimate {
     }
 
     /// The ends between which a figure lies that is not resolved, with 95 % confidence or more; `None`
-    /// of one that is. They lie beyond the value by the bound of its bias and twice its scatter: the
-    /// standard error holds that bound already.
+    /// of one that is. Its bias is an estimate, of two readings or of bins twice as wide, and may be
+    /// twice as large: they lie beyond it by two standard errors, which hold it.
     pub fn interval(&self) -> Option<[f64; 2]> {
-        let reach = self.bias_bound.unwrap_or(0.0) + 2.0 * self.scatter();
+        self.ends(2.0 * self.standard_error)
+    }
+
+    /// The same of a bias that no place exceeds: nothing counts it twice.
+    pub fn interval_of_bound(&self) -> Option<[f64; 2]> {
+        self.ends(2.0 * self.scatter())
+    }
+
+    fn ends(&self, beyond: f64) -> Option<[f64; 2]> {
+        let reach = self.bias_bound.unwrap_or(0.0) + beyond;
         (!self.is_resolved()).then_some([self.value - reach, self.value + reach])
     }
 
@@ -86,13 +95,13 @@ impl Estimate {
 
     /// A rising function of the value, which is not negative, though noise may drive it there. One
     /// that two errors lead to 0 is not resolved: the function bends there, and lies between those of
-    /// two errors below and above.
+    /// 1.5 errors below and above.
     #[must_use]
     pub fn mapped(self, f: impl Fn(f64) -> f64) -> Self {
         let at = |error: f64| f((self.value.max(0.0) + error).max(0.0));
         let half = |error: f64| 0.5 * (at(error) - at(-error));
         if self.value < 2.0 * self.standard_error {
-            let reach = 2.0 * self.standard_error;
+            let reach = 1.5 * self.standard_error;
             return Self::between(at(-reach), at(reach), 0.0);
         }
         let bias_bound = self.bias_bound.map(half);

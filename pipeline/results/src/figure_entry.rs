@@ -218,23 +218,32 @@ impl FigureEntry {
 
     /// A figure of light, which is not negative, that has this estimate and nothing else.
     pub fn new(estimate: Estimate) -> Self {
+        Self::between(estimate, estimate.interval(), LIGHT)
+    }
+
+    /// The same of light whose bias is held by its bound.
+    pub fn bounded(estimate: Estimate) -> Self {
         Self::within(estimate, LIGHT)
     }
 
-    /// A share from 0 to 1 that has this estimate and nothing else.
+    /// A share from 0 to 1 whose bias is held by its bound.
     pub fn share(estimate: Estimate) -> Self {
         Self::within(estimate, range(Unit::Fraction))
     }
 
-    /// A figure that has this estimate and nothing else, and lies within these limits.
+    /// A figure within these limits whose bias is held by its bound.
     pub fn within(estimate: Estimate, limits: [f64; 2]) -> Self {
+        Self::between(estimate, estimate.interval_of_bound(), limits)
+    }
+
+    fn between(estimate: Estimate, interval: Option<[f64; 2]>, limits: [f64; 2]) -> Self {
         let entry = Self {
             value: estimate.value,
             standard_error: estimate.standard_error,
             bias_bound: estimate.bias_bound,
             peak_place: PeakPlace::OffAxis,
             peak_range_deg: None,
-            interval: estimate.interval(),
+            interval,
             upper_bound: upper_bound(estimate.value, estimate.standard_error),
             valley_at_mm: None,
             peak_at_mm: None,
@@ -251,20 +260,20 @@ mod tests {
     use super::*;
     use metrics::chromaticity;
 
-    /// The rule of intervals, value ± (bound + two of the scatter), within what a figure can be; the error
-    /// that holds the bound already adds nothing, which as a control would reach farther.
+    /// Bounds that hold count once, value ± (bound + two of the scatter), within what a figure can be; as a
+    /// control a bias that is an estimate reaches farther.
     #[test]
     fn ends_hold_a_bound_once_and_lie_within_what_a_figure_can_be() {
         let of = |value: f64, bound: f64| Estimate::new(value, 0.01).with_bias(bound);
-        let plain = FigureEntry::new(of(0.5, 0.1));
+        let plain = FigureEntry::bounded(of(0.5, 0.1));
         let [low, high] = plain.interval.expect("not resolved");
         assert!((low - 0.38).abs() < 1e-12 && (high - 0.62).abs() < 1e-12, "{low} {high}");
-        let twice = 0.1 + 2.0 * plain.standard_error;
-        assert!(twice > 1.5 * (high - 0.5), "{twice}");
+        let [.., wide] = FigureEntry::new(of(0.5, 0.1)).interval.expect("not resolved");
+        assert!(wide - 0.5 > 1.5 * (high - 0.5), "{wide}");
         let [x, ..] = chromaticity::limits();
         for (entry, ends) in [
             // Light; a coverage; x of a red; a Duv, which may be negative.
-            (FigureEntry::new(of(0.05, 0.1)), [0.0, 0.17]),
+            (FigureEntry::bounded(of(0.05, 0.1)), [0.0, 0.17]),
             (FigureEntry::share(of(0.98, 0.1)), [0.86, 1.0]),
             (FigureEntry::within(of(0.70, 0.1), x), [0.58, x[1]]),
             (FigureEntry::within(of(-0.01, 0.02), [-0.05, 0.05]), [-0.05, 0.03]),

@@ -336,12 +336,12 @@ mod tests {
         let bin = FigureEntry { interval: Some([17.5, 22.5]), ..plain(20.0, 0.0) };
         assert_eq!(of(bin, Unit::Degree), "17.5 to 22.5 °");
         let noisy = Estimate::between(0.0, 0.873, 0.05);
-        assert_eq!(estimate(noisy, Unit::Fraction), "0 to 98 %");
+        assert_eq!(estimate(noisy, Unit::Fraction), "0 to 100 %");
         // No share is above 1, whatever its error.
         let even = Estimate::between(0.92, 1.02, 0.01);
-        assert_eq!(estimate(even, Unit::Fraction), "90 to 100 %");
-        assert_eq!(estimate(Estimate::between(0.9, 1.3, 0.1), Unit::Ratio), "70 to 150 %");
-        assert_eq!(estimate(even, Unit::Lux), "0.9 to 1.04 lx");
+        assert_eq!(estimate(even, Unit::Fraction), "85 to 100 %");
+        assert_eq!(estimate(Estimate::between(0.9, 1.3, 0.1), Unit::Ratio), "50 to 170 %");
+        assert_eq!(estimate(even, Unit::Lux), "0.85 to 1.09 lx");
         // A ratio has no largest value: beside 0 its upper end says nothing.
         let open = Estimate::between(0.0, 5e4, 1.0);
         assert_eq!(estimate(open, Unit::Ratio), "not resolved (too few paths)");

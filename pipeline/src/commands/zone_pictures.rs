@@ -405,7 +405,7 @@ impl<'a> Pictures<'a> {
             let share = power_share(&drives, &powers);
             let halo = shown(picture, lit)?.halo;
             Ok(LitPattern {
-                luminance: halo.map(|[_, bright, _]| FigureEntry::new(bright)),
+                luminance: halo.map(|[_, bright, _]| FigureEntry::bounded(bright)),
                 power_share: share,
                 power_w: self.power_w(share, channel_levels),
             })
@@ -413,7 +413,9 @@ impl<'a> Pictures<'a> {
         Ok(TestPatterns {
             window: lit_pattern(&window(across, along), &lit)?,
             zone: lit_pattern(&zone, &zone)?,
-            checkerboard: shown(&board, &board)?.halo.map(|[.., ratio]| FigureEntry::new(ratio)),
+            checkerboard: shown(&board, &board)?
+                .halo
+                .map(|[.., ratio]| FigureEntry::bounded(ratio)),
         })
     }
 
@@ -447,7 +449,7 @@ impl<'a> Pictures<'a> {
             let stated = [chromaticity::RANGE_K, [-chromaticity::MAX_DUV, chromaticity::MAX_DUV]];
             let [cct, duv] = [0, 1]
                 .map(|k| light.temperature.map(|both| FigureEntry::within(both[k], stated[k])));
-            ColourOfLight { xy, uv, cct, duv, luminance: entry(light.luminance) }
+            ColourOfLight { xy, uv, cct, duv, luminance: FigureEntry::bounded(light.luminance) }
         };
         let channels = self.design.channels().into_iter().zip(channel_levels).enumerate();
         let channels = channels.map(|(number, (name, level))| ChannelEntry {
@@ -469,9 +471,9 @@ impl<'a> Pictures<'a> {
                 .gamut()
                 .into_iter()
                 .map(|gamut| {
-                    let shares = gamut
-                        .shares
-                        .map(|[area, coverage]| [entry(area), FigureEntry::share(coverage)]);
+                    let shares = gamut.shares.map(|[area, coverage]| {
+                        [FigureEntry::bounded(area), FigureEntry::share(coverage)]
+                    });
                     let [xy, uv] = shares;
                     GamutEntry { standard: gamut.standard.to_owned(), xy, uv }
                 })

@@ -402,7 +402,7 @@ impl Command<'_> {
                 walls: beyond.walls.map(FigureEntry::share),
             }),
             contrast: self.pictures.contrast,
-            white: FigureEntry::new(found.white),
+            white: FigureEntry::bounded(found.white),
             uniformity: reference
                 .uniformity
                 .iter()
@@ -414,7 +414,7 @@ impl Command<'_> {
                 .collect(),
             groups_of_extremes: reference.groups_of_extremes,
             halo: found.halo.map(|all| {
-                let [black, bright, contrast] = all.map(FigureEntry::new);
+                let [black, bright, contrast] = all.map(FigureEntry::bounded);
                 Halo {
                     black,
                     bright,
@@ -433,7 +433,7 @@ impl Command<'_> {
                 radii: radii
                     .map(|(share, radius)| Radius {
                         share,
-                        radius_mm: radius.map(FigureEntry::new),
+                        radius_mm: radius.map(FigureEntry::bounded),
                     })
                     .collect(),
             },
