@@ -54,7 +54,7 @@ pub fn unset(text: &str, path: &str) -> Result<String> {
         None => vec![path.to_owned()],
     };
     for path in paths {
-        let (table, key) = path.rsplit_once('.').unwrap_or(("", &path));
+        let (table, key) = path.rsplit_once('.').unwrap_or(("", path.as_str()));
         let holder = match table {
             "" => Some(document.as_item_mut()),
             table => find(document.as_item_mut(), table)?,

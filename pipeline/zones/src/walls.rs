@@ -131,7 +131,7 @@ impl Array<'_> {
         // Differences in the cells of both walls, light beyond them, there and one place farther, and all.
         let mut wrong = vec![vec![0.0; groups]; 2 * cells];
         let [mut beyond, mut all] = [(); 2].map(|()| vec![0.0; groups]);
-        // Light beyond, one place farther, by cells beyond the wall, and what comes back of it without each group.
+        // Light beyond, one place farther, by cells, and what comes back of it without each group.
         let (mut farther, mut comes_back) = (vec![0.0; cells], vec![0.0; groups]);
         let mut one_path = 0.0;
         for (number, part) in self.parts.iter().enumerate() {
@@ -394,9 +394,9 @@ mod tests {
             let moved: f64 = (2..COLUMNS - 2).map(|i| beyond(i) + beyond(COLUMNS - 1 - i)).sum();
             let off = wrong * moved / (COLUMNS as f64 * all);
             assert!(off > 0.0 && off < found.walls_of_mean, "{off}");
-            // Control: at a wall it is more, and what bins have more than the middle has the mean's as its mean.
+            // Control: at a wall it is more; what bins have more than the middle averages to it.
             assert!(found.bound() - found.bound_of_mean() > 2.0 * found.walls_of_mean);
-            let everywhere = array.light_off(Some(&found), &vec![1.0; 5 * COLUMNS]);
+            let everywhere = array.light_off(Some(&found), &[1.0; 5 * COLUMNS]);
             let more = |bin: usize| everywhere.at([bin, 5]) - everywhere.at([COLUMNS, 5]);
             let mean = (0..2 * COLUMNS).map(more).sum::<f64>() / (2 * COLUMNS) as f64;
             assert!((mean - found.walls_of_mean).abs() < 1e-6, "{mean}");

@@ -106,7 +106,7 @@ mod tests {
         let piece = Piece { block: &block, turn, at: [0; 2], within: ANYWHERE, weight: 1.0 };
         let observer = Observer { age_years: 25.0, pigment: 0.5 };
         let viewing = Viewing { distance_mm: DISTANCE_MM, observer };
-        let white = vec![1.0; 3];
+        let white = [1.0; 3];
         let seen = panel.hidden(&[vec![piece]], &white, &vec![1.0; image.levels.len()], viewing);
         seen.expect("black beside bright").value
     }
