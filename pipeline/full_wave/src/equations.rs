@@ -3,11 +3,9 @@
 
 use crate::compression::{CMat, PER_PANEL};
 use crate::coupling::Coupling;
-use crate::lu::SingleMat;
 use crate::mesh::Mesh;
 use crate::quadrature::NODES;
 use crate::tile::{Skeletons, Tile};
-use num_complex::{Complex32, Complex64};
 
 /// Equations (1 + K° R) ρ' = f of one polarisation, for light of each parity in x.
 pub(crate) struct System<'a> {
@@ -51,14 +49,6 @@ impl<'a> System<'a> {
     pub fn size(&self) -> usize {
         self.coupling.mesh.panels.len() * PER_PANEL
     }
-}
-
-pub(crate) fn single(z: Complex64) -> Complex32 {
-    Complex32::new(z.re as f32, z.im as f32)
-}
-
-pub(crate) fn to_single(matrix: &CMat) -> SingleMat {
-    SingleMat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| single(matrix[(i, j)]))
 }
 
 /// Folds a corner's block to the panels that the mesh holds: images are added with their sign.

@@ -9,7 +9,7 @@ use faer::linalg::triangular_solve::solve_unit_lower_triangular_in_place;
 use faer::perm::Perm;
 use faer::prelude::{Reborrow, ReborrowMut};
 use faer::{Accum, Mat, MatMut, MatRef, Par, Spec};
-use num_complex::Complex32;
+use num_complex::{Complex32, Complex64};
 use pulp::Arch;
 use rayon::prelude::*;
 
@@ -22,6 +22,16 @@ const SIDES_TOGETHER: usize = 16;
 
 /// Dense complex matrix in single precision.
 pub(crate) type SingleMat = Mat<Complex32>;
+
+/// A number in single precision.
+pub(crate) fn single(z: Complex64) -> Complex32 {
+    Complex32::new(z.re as f32, z.im as f32)
+}
+
+/// A matrix in single precision.
+pub(crate) fn to_single(matrix: &Mat<Complex64>) -> SingleMat {
+    SingleMat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| single(matrix[(i, j)]))
+}
 
 /// Factors of a matrix in its own memory.
 pub(crate) struct Factors {

@@ -4,8 +4,8 @@
 
 use crate::compression::{CMat, PER_PANEL};
 use crate::coupling::Sides;
-use crate::equations::{System, single, to_single};
-use crate::lu::{Factors, SingleMat};
+use crate::equations::System;
+use crate::lu::{Factors, SingleMat, single, to_single};
 use crate::tile::{Skeletons, Tile, nodes_of};
 use faer::linalg::matmul::matmul;
 use faer::prelude::ReborrowMut;

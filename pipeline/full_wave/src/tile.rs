@@ -8,10 +8,11 @@
 //! nodes that resolve the waves of the tile; random sums of them hold all that matters
 //! \[Halko2011\].
 
+#![expect(clippy::inline_always, reason = "compiled for the instructions that were found")]
+
 use crate::compression::{CMat, PER_PANEL};
 use crate::coupling::{Coupling, place};
-use crate::equations::to_single;
-use crate::lu::SingleMat;
+use crate::lu::{SingleMat, to_single};
 use crate::mesh::{Corner, Mesh, PER_SIDE};
 use crate::panel::{Node, Reflection};
 use crate::quadrature::NODES;
@@ -151,6 +152,7 @@ pub(crate) fn skeletons(coupling: Coupling, tiles: &[Tile], tolerance: f32) -> V
 }
 
 impl Skeleton {
+    /// Splits the matrix from the kept unknowns to all, by QR of its adjoint.
     fn new(kept: Vec<usize>, interpolation: &CMat) -> Self {
         let factors = interpolation.adjoint().to_owned().qr();
         let triangle = factors.thin_R().adjoint().to_owned();

@@ -362,7 +362,9 @@ impl<'a> ZonedDesign<'a> {
         });
         let mut maps = shown.maps;
         for ((values, errors), bias) in maps.iter_mut().zip(&shown.bias.bins) {
-            values.iter_mut().for_each(|value| *value *= factor);
+            for value in values.iter_mut() {
+                *value *= factor;
+            }
             for (error, bias) in errors.iter_mut().zip(bias) {
                 *error = factor * error.hypot(bias / 3f64.sqrt());
             }

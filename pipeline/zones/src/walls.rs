@@ -332,7 +332,7 @@ mod tests {
             let from_end = column.min(COLUMNS - 1 - column);
             let light = of_package(column, if from_end == 0 { outermost } else { RETURNED });
             let group = |group: usize| {
-                let sign = if group % 2 == 0 { 1.0 } else { -1.0 };
+                let sign = if group.is_multiple_of(2) { 1.0 } else { -1.0 };
                 let factor = if from_end == 1 { 1.0 + noise * sign } else { 1.0 };
                 let mut values = vec![0.0; bins[0] * bins[1]];
                 let row = values[5 * bins[0]..][..bins[0]].iter_mut().zip(&light);
