@@ -6,24 +6,27 @@ use crate::radiated;
 use full_wave::{Body, Field, FullWaveError, Outline, Polarisation, Resolution};
 use std::f64::consts::{FRAC_PI_2, PI};
 
-const WAVELENGTH: f64 = 0.55;
-const INDEX: [f64; 2] = [1.41, 1.0];
-const SOURCES: [[f64; 2]; 2] = [[0.0, 1.5], [-1.1, 1.2]];
+pub(crate) const WAVELENGTH: f64 = 0.55;
+pub(crate) const INDEX: [f64; 2] = [1.41, 1.0];
+pub(crate) const SOURCES: [[f64; 2]; 2] = [[0.0, 1.5], [-1.1, 1.2]];
 
 /// Steps of a dome 6 µm wide: upright risers, level treads, one slanted re-entrant riser.
-fn steps() -> Outline {
-    Outline::on_mirror([3.0, 0.0])
-        .line_to([3.0, 1.6])
-        .line_to([2.2, 1.5])
-        .line_to([2.4, 2.4])
-        .line_to([1.0, 2.4])
-        .line_to([1.0, 3.0])
-        .line_to([-1.0, 3.0])
-        .line_to([-1.0, 2.4])
-        .line_to([-2.4, 2.4])
-        .line_to([-2.2, 1.5])
-        .line_to([-3.0, 1.6])
-        .line_to([-3.0, 0.0])
+const STEPS: [[f64; 2]; 11] = [
+    [3.0, 1.6],
+    [2.2, 1.5],
+    [2.4, 2.4],
+    [1.0, 2.4],
+    [1.0, 3.0],
+    [-1.0, 3.0],
+    [-1.0, 2.4],
+    [-2.4, 2.4],
+    [-2.2, 1.5],
+    [-3.0, 1.6],
+    [-3.0, 0.0],
+];
+
+pub(crate) fn steps() -> Outline {
+    STEPS.into_iter().fold(Outline::on_mirror([3.0, 0.0]), Outline::line_to)
 }
 
 /// The same with one side moved, so that no symmetry is left.
@@ -102,20 +105,7 @@ fn symmetry_changes_nothing() {
     let symmetric = steps();
     // A vertex in the middle of a side, on one half alone, hides the symmetry.
     let hidden = Outline::on_mirror([3.0, 0.0]).line_to([3.0, 0.7]);
-    let corners = [
-        [3.0, 1.6],
-        [2.2, 1.5],
-        [2.4, 2.4],
-        [1.0, 2.4],
-        [1.0, 3.0],
-        [-1.0, 3.0],
-        [-1.0, 2.4],
-        [-2.4, 2.4],
-        [-2.2, 1.5],
-        [-3.0, 1.6],
-        [-3.0, 0.0],
-    ];
-    let hidden = corners.into_iter().fold(hidden, Outline::line_to);
+    let hidden = STEPS.into_iter().fold(hidden, Outline::line_to);
     assert!(symmetric.is_symmetric() && !hidden.is_symmetric());
     let (a, b) =
         (solve(&symmetric, 12.0, Polarisation::Tm), solve(&hidden, 12.0, Polarisation::Tm));

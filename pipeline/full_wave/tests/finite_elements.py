@@ -2,42 +2,45 @@
 """Power by angle of line sources in a small toothed dome on a mirror, by finite elements: the values of
 finite_elements.rs.
 
-    pip install ngsolve==6.2.2608 && python finite_elements.py
+    pip install ngsolve==6.2.2608 scipy && python finite_elements.py [LONGEST AT_CORNERS ORDER]
 
-Nodal elements of high order in half a disc, a perfectly matched layer around it, elements that shrink towards the
-corners. A source is cut off smoothly around its place, so that the field that is left has no singularity; the field
-on a half circle outside the dome, continued by the mirror, is a series of Hankel functions that gives the far field.
+Nodal elements of high order in half a disc, at most LONGEST and at the corners AT_CORNERS long (µm), and a perfectly
+matched layer about it. A source is cut off smoothly about its place, so that the field that is left has no
+singularity. The field on a half circle outside the dome, continued by the mirror, is a series of Hankel functions,
+which gives the far field.
 """
 
 import sys
 
 import numpy as np
-from netgen.occ import Axes, Circle, Face, Glue, OCCGeometry, Wire, WorkPlane, X, Y, Z
-from ngsolve import (BilinearForm, BoundaryFromVolumeCF, CoefficientFunction, GridFunction, H1, IfPos, LinearForm, Mesh,
-                     dx, exp, grad, pml, sqrt, x, y)
+from netgen.occ import Glue, OCCGeometry, WorkPlane
+from ngsolve import BilinearForm, BSpline, GridFunction, H1, IfPos, LinearForm, Mesh, dx, grad, pml, sqrt, x, y
+from scipy.interpolate import make_interp_spline
 from scipy.special import hankel1
 
 WAVELENGTH, INDEX = 0.55, 1.41
+K = 2 * np.pi / WAVELENGTH
 SOURCES = [(0.0, 1.5), (-1.1, 1.2)]
 DOME = [(3.0, 0.0), (3.0, 1.6), (2.2, 1.5), (2.4, 2.4), (1.0, 2.4), (1.0, 3.0), (-1.0, 3.0), (-1.0, 2.4), (-2.4, 2.4),
         (-2.2, 1.5), (-3.0, 1.6), (-3.0, 0.0)]
+# Radii of the circle of the far field, and of both ends of the layer.
 READ, LAYER, END = 3.9, 4.1, 5.2
-K = 2 * np.pi / WAVELENGTH
+# Distances from a source between which it is cut off.
+FROM, TO = 0.3, 1.0
 
 
 def mesh_of(longest, at_corners):
     def half_disc(radius):
-        plane = WorkPlane().MoveTo(radius, 0).Direction(0, 1).Arc(radius, 180).Close()
-        return plane.Face()
+        return WorkPlane().MoveTo(radius, 0).Direction(0, 1).Arc(radius, 180).Close().Face()
 
     plane = WorkPlane().MoveTo(*DOME[0])
     for point in DOME[1:]:
         plane = plane.LineTo(*point)
     dome = plane.Close().Face()
-    dome.faces.name = "dome"
     inner, outer = half_disc(LAYER), half_disc(END)
-    layer, air = outer - inner, inner - dome
-    layer.faces.name, air.faces.name = "layer", "air"
+    air, layer = inner - dome, outer - inner
+    for name, part in (("dome", dome), ("air", air), ("layer", layer)):
+        part.faces.name = name
     for vertex in dome.vertices:
         if vertex.p[1] > 0.1:
             vertex.maxh = at_corners
@@ -52,57 +55,42 @@ def mesh_of(longest, at_corners):
     return mesh
 
 
-def hankel(z):
-    """H0 and H1 as coefficient functions: values at the points of integration come from a table, so they are
-    interpolated in no way but by a spline of their phase and modulus."""
-    from ngsolve import BSpline
-    knots = np.linspace(0.2 * K * INDEX, 1.1 * K * INDEX, 4000)
-    out = []
-    for order in (0, 1):
-        values = hankel1(order, knots)
-        parts = []
-        for part in (values.real, values.imag):
-            from scipy.interpolate import make_interp_spline
-            spline = make_interp_spline(knots, part, k=5)
-            parts.append(BSpline(6, list(spline.t), list(spline.c))(z))
-        out.append(parts[0] + 1j * parts[1])
-    return out
+def hankel(order, z):
+    """The Hankel function as a spline of fifth order."""
+    knots = np.linspace(0.9 * FROM, 1.1 * TO, 4000) * K * INDEX
+    values = hankel1(order, knots)
+    splines = [make_interp_spline(knots, part, k=5) for part in (values.real, values.imag)]
+    real, imaginary = (BSpline(6, list(spline.t), list(spline.c))(z) for spline in splines)
+    return real + 1j * imaginary
 
 
 def solve(mesh, order, te):
-    p = {"dome": 1.0 if te else 1 / INDEX**2, "air": 1.0, "layer": 1.0}
-    q = {"dome": K**2 * (INDEX**2 if te else 1.0), "air": K**2, "layer": K**2}
-    p, q = mesh.MaterialCF(p), mesh.MaterialCF(q)
+    weight = 1.0 if te else 1 / INDEX**2
+    p = mesh.MaterialCF({"dome": weight, "air": 1.0, "layer": 1.0})
+    q = mesh.MaterialCF({"dome": weight * (K * INDEX)**2, "air": K**2, "layer": K**2})
     space = H1(mesh, order=order, complex=True, dirichlet="mirror" if te else "")
     u, v = space.TnT()
     form = BilinearForm(p * grad(u) * grad(v) * dx - q * u * v * dx, symmetric=True).Assemble()
     inverse = form.mat.Inverse(space.FreeDofs(), inverse="sparsecholesky")
     field = GridFunction(space)
-    powers = []
-    for sx, sy in SOURCES:
-        r = sqrt((x - sx)**2 + (y - sy)**2)
-        a, b = 0.3, 1.0
-        t = (r - a) / (b - a)
-        # Smooth to the fourth derivative.
-        first = -630 * t**4 * (1 - t)**4 / (b - a)
-        second = -630 * 4 * t**3 * (1 - t)**3 * (1 - 2 * t) / (b - a)**2
-        h0, h1 = hankel(K * INDEX * r)
-        wave, slope = 0.25j * h0, -0.25j * K * INDEX * h1
-        density = (1.0 if te else 1 / INDEX**2) * (2 * first * slope + (second + first / r) * wave)
-        density = IfPos(r - a, IfPos(b - r, density, 0), 0)
-        right = LinearForm(space)
-        right += (-1) * (-density) * v * dx("dome", bonus_intorder=12)
-        right.Assemble()
+    for source_x, source_y in SOURCES:
+        r = sqrt((x - source_x)**2 + (y - source_y)**2)
+        t = (r - FROM) / (TO - FROM)
+        # Derivatives of the cut, which is smooth to its fourth.
+        first = -630 * t**4 * (1 - t)**4 / (TO - FROM)
+        second = -2520 * t**3 * (1 - t)**3 * (1 - 2 * t) / (TO - FROM)**2
+        wave, slope = 0.25j * hankel(0, K * INDEX * r), -0.25j * K * INDEX * hankel(1, K * INDEX * r)
+        density = weight * (2 * first * slope + (second + first / r) * wave)
+        density = IfPos(r - FROM, IfPos(TO - r, density, 0), 0)
+        right = LinearForm(density * v * dx("dome", bonus_intorder=12)).Assemble()
         field.vec.data = inverse * right.vec
-        powers.append(far(mesh, field, te))
-    return powers, space.ndof
+        yield power(mesh, field, te)
 
 
-def far(mesh, field, te):
+def power(mesh, field, te):
     """Power in bins of 5 degrees from the left horizon to the right one, over what the source emits in an endless
     medium of the index of the dome."""
-    count = 512
-    azimuths = (np.arange(count) + 0.5) * np.pi / count
+    azimuths = (np.arange(512) + 0.5) * np.pi / 512
     values = np.array([field(mesh(READ * np.cos(t), READ * np.sin(t))) for t in azimuths])
     whole = np.concatenate([values, (-1 if te else 1) * values[::-1]])
     angles = np.concatenate([azimuths, 2 * np.pi - azimuths[::-1]])
@@ -112,23 +100,20 @@ def far(mesh, field, te):
     nodes, weights = np.polynomial.legendre.leggauss(16)
     bins = []
     for k in range(36):
-        # From z towards x: azimuth = 90 degrees - angle.
+        # From z towards x.
         angle = np.radians(-90 + 5 * (k + 0.5 + 0.5 * nodes))
         wave = np.exp(1j * np.outer(np.pi / 2 - angle, orders)) @ (amplitudes * (-1j)**orders)
         density = 8 / np.pi * np.abs(wave)**2 * (1.0 if te else INDEX**2)
         bins.append(np.sum(weights * density) * np.radians(2.5))
-    return np.array(bins)
+    return bins
 
 
 def main():
-    longest, at_corners, order = (float(sys.argv[1]), float(sys.argv[2]), int(sys.argv[3])) if len(sys.argv) > 3 \
-        else (0.25, 0.01, 6)
-    mesh = mesh_of(longest, at_corners)
+    longest, at_corners, order = sys.argv[1:] if len(sys.argv) > 1 else (0.2, 0.005, 7)
+    mesh = mesh_of(float(longest), float(at_corners))
     for te in (True, False):
-        powers, unknowns = solve(mesh, order, te)
-        for source, bins in enumerate(powers):
-            print("TE" if te else "TM", "source", source, "unknowns", unknowns, "power", bins.sum())
-            print(", ".join(f"{value:.6f}" for value in bins))
+        for bins in solve(mesh, int(order), te):
+            print("TE" if te else "TM", ", ".join(f"{value:.5f}" for value in bins))
 
 
 if __name__ == "__main__":

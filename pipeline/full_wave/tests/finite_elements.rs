@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! A small toothed dome on a mirror against finite elements, which share nothing with boundary integrals.
 
-use full_wave::{Body, Outline, Polarisation, Resolution};
+use crate::corners::{INDEX, SOURCES, WAVELENGTH, steps};
+use full_wave::{Body, Polarisation, Resolution};
 
 /// Power in bins of 5° from the left horizon to the right one, over what the source emits in an endless medium
 /// of the index of the dome: TE and TM, two sources each. `finite_elements.py` beside this file; elements of
@@ -37,25 +38,10 @@ const BINS: [[f64; 36]; 4] = [
 
 #[test]
 fn finite_elements_find_the_same_power_by_angle() {
-    let corners = [
-        [3.0, 1.6],
-        [2.2, 1.5],
-        [2.4, 2.4],
-        [1.0, 2.4],
-        [1.0, 3.0],
-        [-1.0, 3.0],
-        [-1.0, 2.4],
-        [-2.4, 2.4],
-        [-2.2, 1.5],
-        [-3.0, 1.6],
-        [-3.0, 0.0],
-    ];
-    let outline = corners.into_iter().fold(Outline::on_mirror([3.0, 0.0]), Outline::line_to);
-    let body = Body::new(&outline, 0.55, [1.41, 1.0], Resolution::default()).unwrap();
+    let body = Body::new(&steps(), WAVELENGTH, INDEX, Resolution::default()).unwrap();
     let edges: Vec<f64> = (-18..=18).map(|i| f64::from(5 * i).to_radians()).collect();
-    let bins = [Polarisation::Te, Polarisation::Tm].map(|polarisation| {
-        body.solve(polarisation, &[[0.0, 1.5], [-1.1, 1.2]]).unwrap().bins(&edges)
-    });
+    let bins = [Polarisation::Te, Polarisation::Tm]
+        .map(|polarisation| body.solve(polarisation, &SOURCES).unwrap().bins(&edges));
     for (case, expected) in BINS.iter().enumerate() {
         let found = bins[case / 2].iter().map(|of_sources| of_sources[case % 2]);
         let largest = expected.iter().copied().fold(0.0, f64::max);

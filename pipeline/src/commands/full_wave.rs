@@ -308,7 +308,7 @@ fn plan(section: &Section, bodies: &[Body], sources: usize) -> String {
         1e3 * section.wavelength_um,
         size.unknowns,
         size.reduced,
-        size.bytes / f64::from(1 << 30),
+        (size.bytes + bodies[0].bytes_of_sources(sources)) / f64::from(1 << 30),
         seconds(bodies, sources) + 5.0
     )
 }
