@@ -46,8 +46,8 @@ pub struct FigureEntry {
     /// the value. The standard error holds it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_bound: Option<f64>,
-    /// Of a peak angle, place of the peak; of a change that may be as large as the range of its
-    /// figure, and of a ratio between 0 and more than 1, not resolved.
+    /// Of a peak angle, place of the peak. `"not_resolved"` marks others too: a change that may be
+    /// as large as the range of its figure, a ratio between 0 and more than 1.
     #[serde(default, skip_serializing_if = "PeakPlace::is_off_axis")]
     pub peak_place: PeakPlace,
     /// Of a peak that is the middle of a bin: middles of the first and last bins that three

@@ -84,8 +84,8 @@ pub struct ZonesFile {
     /// Number of responses.
     pub responses: usize,
     /// Light of an inner package that its response does not show in place: `packages` to the walls of the
-    /// traced array, the `share` beyond them, null where it does not fall off, and what lies wrong beside
-    /// `walls` that packages are moved to, null where none is; all null where all packages are traced.
+    /// traced array; the `share` beyond them, null where it does not fall off; and what lies wrong beside
+    /// `walls` that packages are moved to, null where none is. All are null where all packages are traced.
     pub beyond_reach: Option<BeyondReach>,
     /// Contrast of the panel: largest over smallest transmittance.
     pub contrast: f64,
@@ -97,19 +97,19 @@ pub struct ZonesFile {
     /// Groups of paths behind the errors of extremes in `uniformity`: 64, or 16 of maps of more
     /// than 312 500 bins.
     pub groups_of_extremes: usize,
-    /// Means of `black` bins beside bright ones and of the `bright` ones, `contrast`, the first over the
-    /// second, and with `--distance` what of it is `hidden`; null without black beside bright.
+    /// Means of `black` bins beside bright ones and of the `bright` ones; `contrast`, the first over the
+    /// second; with `--distance` what of the halo is `hidden`. Null without black beside bright.
     pub halo: Option<Halo>,
-    /// Light of the zone nearest to the middle: `zone` (column from the left, row from the top,
-    /// from 1), `centre_mm`, and `radii`, each with the `share` of the largest ring and
-    /// `radius_mm`, null where the rings do not tell.
+    /// Light of the zone nearest to the middle: `zone` (column from the left, row from the top, from 1),
+    /// `centre_mm`, and `radii`. Each of these has the `share` of the largest ring and `radius_mm`, null
+    /// where the rings do not tell.
     pub light_spread: LightSpread,
     /// With `--direct`, comparison with a trace of the pattern itself: number of `zones`,
     /// `chi_square`, and the `largest` difference in standard errors.
     pub direct: Option<Direct>,
-    /// Of designs with channels or a panel of sub-pixels: levels of the `channels` at full drive,
-    /// `white` of the panel there, `gamut` of its primaries, and of the pattern `power_share` and `power_w`,
-    /// light that is `missing` and `leaking`, `halo_itp` and `halo_uv`.
+    /// Of designs with channels or a panel of sub-pixels: levels of the `channels` at full drive, `white` of
+    /// the panel there, `gamut` of its primaries; of the pattern `power_share` and `power_w`, light that is
+    /// `missing` and `leaking`, `halo_itp` and `halo_uv`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colour: Option<ColourEntry>,
 }

@@ -62,9 +62,10 @@ pub struct FileMirror {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FileSource {
-    /// An `.ies` or `.ldt` far field, emitted by every point of the top of the LED box (the part
-    /// above its plane), or a `.tm25ray`, `.ray`, `.dat`, `.sdf` or `.txt` file, whose rays start
-    /// about the middle of that top; rays that go down or start below it are left out.
+    /// An `.ies` or `.ldt` far field, or a `.tm25ray`, `.ray`, `.dat`, `.sdf` or `.txt` file of
+    /// rays. Every point of the top of the LED box (the part above its plane) emits the far field.
+    /// Rays of a file start about the middle of that top; rays that go down or start below it are
+    /// left out.
     pub file: String,
     /// Light of the source. Default `"file"` where the file states wavelengths, else `"design"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -39,9 +39,9 @@ pub type Spectrum = Tagged<SpectrumKeys, SpectrumForm>;
 pub struct SpectrumKeys {
     /// Weighting of figures. Required without `led.power_lm`; refused in `sources.spectrum`.
     pub weighting: Option<Weighting>,
-    /// Wavelengths are added until `uniformity`, `centre_to_peak` and `extraction_efficiency`
-    /// change by at most this, the peak angle by a hundred times as many degrees, or all within two
-    /// of their errors. 1e-6 to 1, default 0.005; not for lines.
+    /// Wavelengths are added until figures change little, or all within two of their errors. Little
+    /// is at most this for `uniformity`, `centre_to_peak` and `extraction_efficiency`, and a
+    /// hundred times as many degrees for the peak angle. 1e-6 to 1, default 0.005; not for lines.
     pub tolerance: Option<f64>,
     /// Number of wavelengths in place of `tolerance`: 1, 3, 7, 15 or 31; not for lines. They lie
     /// where power, X, Y and Z are: a single one is not the median of the power.

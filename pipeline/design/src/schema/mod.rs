@@ -250,9 +250,10 @@ pub struct Array {
     pub arrangement: Arrangement,
     /// Text file of 1 to 20 000 positions in place of `columns`, `rows` and `arrangement`: x and y
     /// a line, mm, within 100 000, and the power of the package in any unit, which shares out the
-    /// power of all; commas, semicolons or spaces between numbers, `#` for comments. A first line of
-    /// names states columns in any order: `x_mm`, `y_mm`, `turn_deg` (about the axis of the package,
-    /// -360 to 360, counterclockwise as seen from above, from x to y), `power`, `scale` (0.5 to 2).
+    /// power of all; commas, semicolons or spaces between numbers, `#` for comments. A first line
+    /// of names states columns in any order: `x_mm`, `y_mm`, `turn_deg` (about the axis of the
+    /// package, -360 to 360, from x to y: counterclockwise as seen from above), `power`, `scale`
+    /// (0.5 to 2).
     pub positions_file: Option<String>,
     /// Rows [x, y] by which packages stand off their places, with all that is in them, mm: one a
     /// package, row after row from the lowest y, along x; of a file its lines. Board, ink and walls

@@ -34,10 +34,10 @@ pub struct SolidKeys {
     #[serde(default, skip_serializing_if = "is_default")]
     pub position_mm: List<f64, 3>,
     /// Bodies that light in the solid, which has a `medium`, meets without a gap: names of solids
-    /// that it touches or overlaps, `"bottom"`, a list of these, or `"all"` for whatever it touches.
-    /// The body named displaces this one where both overlap. `"bottom"` is the mirror or floor
-    /// below a box with one axis upright, an upright cylinder or round meridian that stands on z = 0
-    /// with a flat face. Default none: a gap to everything that it touches.
+    /// that it touches or overlaps, `"bottom"`, a list of these, or `"all"` for whatever it
+    /// touches. The body named displaces this one where both overlap. `"bottom"` is the mirror or
+    /// floor below a solid that stands on z = 0 with a flat face: a box with one axis upright, an
+    /// upright cylinder or round meridian. Default none: a gap to everything that it touches.
     #[serde(default, skip_serializing_if = "Contacts::is_empty")]
     pub optical_contact: Contacts,
     /// Material: a table with the keys of `[silicone]`.
