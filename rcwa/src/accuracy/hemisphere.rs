@@ -220,7 +220,7 @@ fn probed_lines(interface: &Interface) -> Vec<LinePlace> {
     lines
 }
 
-/// ky that stand for all, below the critical one and, if there is anything there, above it: two
+/// ky that stand for all, below the critical one and, if there is anything there, above it: four
 /// where many orders propagate, more where few do, so that about as many waves are looked at.
 fn probed_ky(interface: &Interface) -> Vec<f64> {
     let (low, high) = clear_indices(interface);
