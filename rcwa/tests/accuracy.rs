@@ -84,8 +84,8 @@ fn dielectrics_of_any_period_keep_their_tolerance() {
 }
 
 #[test]
-#[ignore = "slow: up to 231 orders (30 s)"]
-fn dielectrics_of_long_periods_keep_their_tolerance() {
+#[ignore = "nightly: up to 231 orders (30 s)"]
+fn nightly_dielectrics_of_long_periods_keep_their_tolerance() {
     dielectrics_keep(&[10.0], &[1e-2]);
 }
 

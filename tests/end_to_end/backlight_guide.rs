@@ -44,8 +44,8 @@ fn json(at: &Path, file: &str) -> Value {
 }
 
 #[test]
-#[ignore = "slow: runs, studies, a search and tolerances of two backlights (75 s)"]
-fn every_command_of_the_backlight_runs_and_gives_the_quoted_figures() {
+#[ignore = "nightly: runs, studies, a search and tolerances of two backlights (75 s)"]
+fn nightly_every_command_of_the_backlight_runs_and_gives_the_quoted_figures() {
     let (folder, data) = (tempdir().expect("a folder"), workspace().join("data/backlight"));
     let at = folder.path();
     let page = read(workspace().join("docs/guide/backlight.md"));

@@ -151,8 +151,8 @@ fn reliefs() -> [(&'static str, Value); 4] {
 }
 
 #[test]
-#[ignore = "slow: 30 s"]
-fn tolerances_are_kept() {
+#[ignore = "nightly: eleven gratings (30 s)"]
+fn nightly_tolerances_are_kept() {
     let folder = tempdir().expect("a folder");
     for (name, case) in reliefs() {
         let tolerance = 3e-3;

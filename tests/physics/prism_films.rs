@@ -103,9 +103,9 @@ fn diffuse_light_passes_one_film_and_two_crossed_ones() {
 }
 
 #[test]
-#[ignore = "slow: half a minute"]
+#[ignore = "slow: four million paths (8 s)"]
 fn views_are_those_of_another_program() {
-    let seen = trace(&single(0.0), 16_000_000);
+    let seen = trace(&single(0.0), 4_000_000);
     within("axis", luminance(&seen, [0.0, 4.0], |_| true), 0.9474, 0.002);
     // Prisms run along x.
     let near = |azimuth: f64, axis: f64| ((azimuth - axis) / 180.0).fract().abs() < 10.0 / 180.0;

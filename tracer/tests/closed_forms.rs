@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! Scenes whose answer is known in closed form, each within 5 standard errors at 10⁷ paths.
+//! Scenes whose answer is known in closed form, each within 5 standard errors.
 //! Numbers: evaluation of the formulas in the comments; diffuse Fresnel reflectance after [Duntley
 //! 1942].
 
@@ -63,7 +63,7 @@ fn index_matched_dome_changes_nothing() {
 }
 
 #[test]
-#[ignore = "slow: ten million paths (15 s)"]
+#[ignore = "slow: many paths (4 s)"]
 fn centred_point_source_leaves_a_sphere_undeviated() {
     let sphere = Shape::sphere(0.3, 2.0).unwrap();
     let sphere = Surface::new("sphere", sphere, BODY, Region::World, &SurfaceModel::Interface);
@@ -142,7 +142,7 @@ fn half_space(n: f64, top: &SurfaceModel, back: &SurfaceModel, source: Source) -
 }
 
 #[test]
-#[ignore = "slow: ten million paths (25 s)"]
+#[ignore = "slow: many paths (6 s)"]
 fn plane_escape_has_its_closed_forms() {
     let point = || inside(DVec3::new(0.0, 0.0, -0.5), Emitter::Point, Emission::Isotropic);
     let paint = || inside(DVec3::new(0.0, 0.0, -1.0), Emitter::Point, Emission::LAMBERTIAN);
@@ -208,7 +208,7 @@ fn diffuse_light_from_air_enters_as_its_closed_form() {
 }
 
 #[test]
-#[ignore = "slow: ten million paths (15 s)"]
+#[ignore = "slow: many paths (4 s)"]
 fn diffuse_back_recycles() {
     let f = diffuse_internal(N);
     for (reflectance, seed) in [(0.0, 49), (0.5, 50), (0.9, 51), (1.0, 52)] {
@@ -226,7 +226,7 @@ fn diffuse_back_recycles() {
 }
 
 #[test]
-#[ignore = "slow: ten million paths (15 s)"]
+#[ignore = "slow: many paths (4 s)"]
 fn slab_emits_two_cones() {
     let surfaces = vec![
         Surface::new(
@@ -255,7 +255,7 @@ fn slab_emits_two_cones() {
 }
 
 #[test]
-#[ignore = "slow: ten million paths (12 s)"]
+#[ignore = "slow: many paths (3 s)"]
 fn cube_emits_the_union_of_six_cones() {
     let cube = Shape::cuboid(DVec3::splat(-1.0), DVec3::splat(1.0)).unwrap();
     let cube = Surface::new("cube", cube, BODY, Region::World, &SurfaceModel::Interface);
@@ -327,7 +327,7 @@ fn weierstrass_sphere_is_aplanatic() {
 }
 
 #[test]
-#[ignore = "slow: ten million paths (10 s)"]
+#[ignore = "slow: many paths (3 s)"]
 fn incoherent_plate_reflects_and_absorbs() {
     // T = (1-R)² e^-a/(1 - R² e^-2a), R_total = R + R (1-R)² e^-2a/(1 - R² e^-2a).
     for (absorption, transmitted, reflected) in [

@@ -78,8 +78,8 @@ fn pairs() -> Vec<(Shape, Shape)> {
 }
 
 #[test]
-#[ignore = "slow: arcs against fine polylines (22 s)"]
-fn arcs_are_met_where_fine_polylines_are() {
+#[ignore = "nightly: arcs against fine polylines (22 s)"]
+fn nightly_arcs_are_met_where_fine_polylines_are() {
     let pairs = pairs();
     std::thread::scope(|scope| {
         for (number, (arc, fine)) in pairs.iter().enumerate() {

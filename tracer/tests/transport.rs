@@ -14,7 +14,7 @@ use tracer::{
 };
 
 #[test]
-#[ignore = "slow: 16 s"]
+#[ignore = "slow: 4 s"]
 fn integrating_sphere_multiplies() {
     // A port of share f of the sphere is a zone of height 2 R f.
     let (rho, f) = (0.98, 0.05);
@@ -210,7 +210,7 @@ fn view_factor(emitter: Emitter, at: DVec3, receiver: Shape, seed: u64) -> (f64,
 }
 
 #[test]
-#[ignore = "slow: 13 s"]
+#[ignore = "slow: 3 s"]
 fn view_factors_of_discs() {
     for (r1, r2, h, expected) in [
         (1.0, 1.0, 1.0, 0.381_966_011),
@@ -259,7 +259,7 @@ fn corner(a: f64, b: f64) -> f64 {
 }
 
 #[test]
-#[ignore = "slow: 16 s"]
+#[ignore = "slow: 4 s"]
 fn plane_receiver_follows_the_cosine_to_the_fourth() {
     let mut scene = SceneBuilder::new(Medium::air());
     scene.source(Source::new(

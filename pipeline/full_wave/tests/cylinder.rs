@@ -61,8 +61,8 @@ fn a_cylinder_without_symmetry() {
 }
 
 #[test]
-#[ignore = "slow: half a minute"]
-fn cylinders_of_20_and_50_wavelengths() {
+#[ignore = "nightly: half a minute"]
+fn nightly_cylinders_of_20_and_50_wavelengths() {
     check(20.0, 4, -FRAC_PI_2, 10.0, 1e-8);
     check(50.0, 4, -FRAC_PI_2, 10.0, 1e-8);
 }

@@ -198,8 +198,8 @@ fn turned_stacks_do_from_above_what_they_did_from_below() {
 
 /// Shares of diffuse light by the file are those that the films give themselves.
 #[test]
-#[ignore = "slow: a matrix and a tree of a stack (30 s)"]
-fn files_hold_the_shares_of_diffuse_light() {
+#[ignore = "nightly: a matrix and a tree of a stack (30 s)"]
+fn nightly_files_hold_the_shares_of_diffuse_light() {
     let folder = tempfile::tempdir().expect("a folder");
     let design = parsed(STACK, folder.path());
     let surface = film_surface::surface(&design, 1, 9).expect("films");
