@@ -52,6 +52,9 @@ pub struct FullDrive {
     factor: f64,
     /// Light of each channel beyond the traced array.
     pub(super) beyond: Vec<Option<Beyond>>,
+    /// Share of the light of each channel, as a mean over the panel, that each cell may lack or have too
+    /// much.
+    off_by_cell: Vec<Vec<f64>>,
 }
 
 /// Levels of channels, as they are asked for.
@@ -78,9 +81,15 @@ impl ZonedDesign<'_> {
             closed: closed(self.design.panel.as_ref(), contrast),
             factor: 1.0,
             beyond: vec![None; channels.names.len()],
+            off_by_cell: Vec::new(),
         };
         drive.of_white(channels)
     }
+}
+
+/// Δu'v' of two colours by their x, y, u' and v'.
+fn between(a: [f64; 4], b: [f64; 4]) -> f64 {
+    (a[2] - b[2]).hypot(a[3] - b[3])
 }
 
 fn closed(panel: Option<&Panel>, contrast: f64) -> Closed {
@@ -115,7 +124,9 @@ impl Array<'_> {
             let sums = means.iter_mut().flatten().zip(cell.iter().flatten());
             sums.for_each(|(sum, value)| *sum += value / cells.len() as f64);
         }
+        let off = |of: &Option<Beyond>| self.light_off_by_cell(of.as_ref(), bins);
         let drive = FullDrive {
+            off_by_cell: beyond.iter().map(off).collect(),
             cells,
             means,
             parts: self.parts.clone(),
@@ -270,17 +281,16 @@ impl FullDrive {
     fn light(&self, reading: usize, more_of: Option<usize>) -> Vec<f64> {
         let of = |(part, means): (&ChannelLight, &Vec<f64>)| match more_of {
             Some(channel) if channel == part.channel => {
-                (1.0 + self.bound(channel, Beyond::bound_of_mean)) * means[reading]
+                (1.0 + self.bound_of_mean(channel)) * means[reading]
             }
             _ => means[reading],
         };
         self.parts.iter().zip(&self.means).map(of).collect()
     }
 
-    /// Share of the light of a channel that the panel may lack or have too much at full drive: any place,
-    /// or the mean.
-    fn bound(&self, channel: usize, of: fn(&Beyond) -> f64) -> f64 {
-        self.beyond[channel].as_ref().map_or(0.0, of)
+    /// Share of the light of a channel that the mean over the panel may lack or have too much at full drive.
+    fn bound_of_mean(&self, channel: usize) -> f64 {
+        self.beyond[channel].as_ref().map_or(0.0, Beyond::bound_of_mean)
     }
 
     /// Light that places may lack or have too much where it is this share of each channel's.
@@ -297,15 +307,23 @@ impl FullDrive {
 
     /// How far light from beyond may move a figure of white: the sum of what it does in each channel.
     fn moved(&self, figure: impl Fn([f64; 3]) -> f64) -> f64 {
-        self.moved_by(Beyond::bound_of_mean, figure)
-    }
-
-    fn moved_by(&self, bound: fn(&Beyond) -> f64, figure: impl Fn([f64; 3]) -> f64) -> f64 {
         let white = self.open(&self.means, self.last(), |_| true);
         let of_channel = |channel: usize| {
             let mut more = white;
-            add(&mut more, self.channel(channel, self.last()), self.bound(channel, bound));
+            add(&mut more, self.channel(channel, self.last()), self.bound_of_mean(channel));
             (figure(more) - figure(white)).abs()
+        };
+        self.channels().map(of_channel).sum()
+    }
+
+    /// How far light that a cell may lack or have too much may move its white, Δu'v'.
+    fn moved_in(&self, cell: usize) -> f64 {
+        let white = self.open(&self.cells[cell], self.last(), |_| true);
+        let of_channel = |channel: usize| {
+            let mut more = white;
+            let off = self.off_by_cell[channel][cell];
+            add(&mut more, self.channel(channel, self.last()), off);
+            between(coordinates(more), coordinates(white))
         };
         self.channels().map(of_channel).sum()
     }
@@ -379,19 +397,26 @@ impl FullDrive {
         let readings: Vec<_> =
             self.readings().map(|reading| self.channel(channel, reading)).collect();
         let found = ColourEstimate::new(&readings, self.factor);
-        let of_luminance = self.bound(channel, Beyond::bound_of_mean) * found.luminance.value;
+        let of_luminance = self.bound_of_mean(channel) * found.luminance.value;
         found.biased([0.0; 4], [0.0; 2], of_luminance)
     }
 
     /// The largest Δu'v' of white between any two cells of a twelfth of the panel's sides, or of bins
     /// that are larger.
     pub fn white_difference(&self) -> Option<Estimate> {
-        let of = |reading: usize| {
+        let of = |reading: usize| -> Vec<[f64; 3]> {
             self.cells.iter().map(|cell| self.open(cell, reading, |_| true)).collect()
         };
         let found = colour_difference::estimate(&grouped(self.readings().map(of).collect()))?;
-        let moved = |k: usize| self.moved_by(Beyond::bound, |white| coordinates(white)[k]);
-        Some(biased(found, 2.0 * moved(2).hypot(moved(3))))
+        let whites: Vec<_> = of(self.last()).into_iter().map(coordinates).collect();
+        let moved: Vec<f64> = (0..whites.len()).map(|cell| self.moved_in(cell)).collect();
+        let largest = |with_moved: f64| {
+            let pairs = (0..whites.len()).flat_map(|a| (0..a).map(move |b| [a, b]));
+            let apart = pairs
+                .map(|[a, b]| between(whites[a], whites[b]) + with_moved * (moved[a] + moved[b]));
+            apart.fold(0.0, f64::max)
+        };
+        Some(biased(found, largest(1.0) - largest(0.0)))
     }
 
     /// ΔE_ITP from black of the black at full drive; `None` without sub-pixels.
@@ -473,6 +498,7 @@ mod tests {
             closed: Some([1e-3; 3]),
             factor: 2.0,
             beyond: beyond.map(|share| Some(of_share(share))).to_vec(),
+            off_by_cell: beyond.map(|share| vec![share; 2]).to_vec(),
         }
     }
 
@@ -512,7 +538,13 @@ mod tests {
             );
             let difference = found.white_difference().expect("lit");
             assert!(difference.value.abs() < 1e-12);
-            assert!(difference.bias_bound.expect("a bound") >= 1.8 * worst[2].hypot(worst[3]));
+            let bound = difference.bias_bound.expect("a bound");
+            assert!(bound >= 1.8 * worst[2].hypot(worst[3]));
+            // One of the cells has all of its light.
+            let mut half = full(beyond);
+            half.off_by_cell.iter_mut().for_each(|cells| cells[0] = 0.0);
+            let of_half = half.white_difference().and_then(|of| of.bias_bound).expect("a bound");
+            assert!((of_half - 0.5 * bound).abs() < 1e-12, "{of_half} {bound}");
             let gamut = found.gamut();
             let mut shares = gamut.iter().flat_map(|of| of.shares.iter().flatten());
             assert!(shares.any(|share| share.bias_bound.is_some()), "no bound");

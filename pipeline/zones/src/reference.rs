@@ -450,6 +450,29 @@ impl Array<'_> {
         falls
     }
 
+    /// Mean over each of so many cells of the panel of the light that places may lack or have too much at
+    /// full drive.
+    pub(super) fn light_off_by_cell(&self, beyond: Option<&Beyond>, count: [usize; 2]) -> Vec<f64> {
+        let off = self.light_off(beyond, &vec![1.0; self.places.packages_by_zone().len()]);
+        let [x, y] = [0, 1].map(|axis| {
+            Cells { count: count[axis], ..self.zone_cells(axis) }.parts(&self.frame, axis)
+        });
+        let mut sums = vec![[0.0; 2]; count[0] * count[1]];
+        for (j, of_y) in y.iter().enumerate() {
+            for (i, of_x) in x.iter().enumerate() {
+                let value = off.at([i, j]);
+                for ((b, part_y), (a, part_x)) in
+                    of_y.iter().flat_map(|y| of_x.iter().map(move |x| (y, x)))
+                {
+                    let [sum, area] = &mut sums[b * count[0] + a];
+                    *sum += part_x * part_y * value;
+                    *area += part_x * part_y;
+                }
+            }
+        }
+        sums.into_iter().map(|[sum, area]| sum / area).collect()
+    }
+
     /// Light that places may lack or have too much at these drives of the zones, over the mean at full
     /// drive: that of full drive at the largest, or what all lit packages together may make.
     pub(super) fn light_off(&self, beyond: Option<&Beyond>, drives: &[f64]) -> LightOff {
