@@ -275,19 +275,25 @@ fn metal_is_solved_by_boundary_integrals() {
     }
 }
 
-/// A dielectric, and metal with given orders or in conical mount, are solved by orders.
+fn by_orders(case: &Value) {
+    let folder = tempdir().expect("a folder");
+    let answer = grating(folder.path(), case);
+    assert_eq!(answer.json["method"], json!("orders"), "{case}");
+    assert!(answer.json["slices"].is_u64() && answer.json["nodes"].is_null());
+}
+
+/// A dielectric, and metal with given orders, are solved by orders.
 #[test]
 fn orders_solve_what_they_are_asked_for() {
-    let folder = tempdir().expect("a folder");
-    let metal = echelette([0.7, 5.7], "s");
-    let conical = with(&with(&metal, "phi_deg", json!(30)), "tolerance", json!(0.05));
-    for case in
-        [with(&reliefs()[1].1, "tolerance", json!(0.01)), with(&metal, "N", json!(8)), conical]
-    {
-        let answer = grating(folder.path(), &case);
-        assert_eq!(answer.json["method"], json!("orders"), "{case}");
-        assert!(answer.json["slices"].is_u64() && answer.json["nodes"].is_null());
-    }
+    by_orders(&with(&reliefs()[1].1, "tolerance", json!(0.01)));
+    by_orders(&with(&echelette([0.7, 5.7], "s"), "N", json!(8)));
+}
+
+#[test]
+#[ignore = "nightly: a tolerance of metal by stairs (25 s)"]
+fn nightly_orders_solve_metal_in_conical_mount() {
+    let conical = with(&echelette([0.7, 5.7], "s"), "phi_deg", json!(30));
+    by_orders(&with(&conical, "tolerance", json!(0.05)));
 }
 
 /// The profile of a triangle and its relief are one grating, by the two methods.

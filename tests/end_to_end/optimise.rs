@@ -365,7 +365,7 @@ fn objectives_are_taken_over_tolerances() {
             .replace("[[objective.terms]]", &over)
             .replace("\"uniformity\"", "\"extraction_efficiency\"")
             .replace("evaluations = 24", "evaluations = 12")
-            .replace("paths = 65536", "paths = 1048576");
+            .replace("paths = 65536", "paths = 262144");
         std::fs::write(at.join("problem.toml"), problem).expect("written");
         let json: Value = serde_json::from_slice(&optimise(at, out, &[])).expect("JSON");
         let before = &json["objective"]["before"];

@@ -117,7 +117,9 @@ fn any_number_of_shards_leaves_what_one_command_leaves() {
     for command in commands {
         let expected = whole(folder, command);
         assert!(!expected.is_empty());
-        for count in [1, 5] {
+        // Those of one shard are those of the command itself; a run alone shows it.
+        let counts: &[usize] = if command == RUN { &[1, 5] } else { &[5] };
+        for &count in counts {
             shards(folder, command, "shared", count);
             // Repeated, a shard finds everything.
             let at = place("shared");
@@ -418,7 +420,7 @@ fn search_at_once(folder: &Path, count: usize) {
 fn shards_of_a_search_leave_what_one_search_leaves() {
     let (folder, expected) = problem(&doubling());
     let folder = folder.path();
-    for count in [1, 2, 3] {
+    for count in [1, 3] {
         search_at_once(folder, count);
         assert_eq!(merge(folder, "shared"), (Some(0), String::new()));
         let merged = searched(&folder.join("shared"));

@@ -5,7 +5,7 @@ use metrics::Estimate;
 use simulate::observation::Observation;
 
 /// Paths of these tests, by which powers without scatter are judged too.
-pub const PATHS: u64 = 400_000;
+pub const PATHS: u64 = 200_000;
 
 /// One account of the ledger, as a share of what is emitted.
 ///

@@ -236,7 +236,7 @@ fn a_luminescent_plate_is_that_of_three_programs() {
         emission: &[nm.iter().map(lamp).collect()],
         channels: std::slice::from_ref(&nm),
     };
-    let outcome = run.run(&[], &Settings::new(many() / 50, 7), Control::default()).unwrap();
+    let outcome = run.run(&[], &Settings::new(many() / 12, 7), Control::default()).unwrap();
     let share = |of: fn(&tracer::Ledger) -> f64| {
         outcome[0].jackknife(|totals| of(&totals.ledger) / totals.ledger.emitted)
     };

@@ -422,7 +422,7 @@ fn tables_and_sources_are_judged_by_what_a_package_stands_in() {
         Emission::Isotropic,
     ));
     let of = |z: f64| enclosed(vec![(lamp.clone(), [0.0, 0.0, z])], air_ball("slab", 3.0, 0.5));
-    let outcome = trace(&of(0.0).build().unwrap(), &[], &Settings::new(many() / 20, 9));
+    let outcome = trace(&of(0.0).build().unwrap(), &[], &Settings::new(many() / 2, 9));
     let seen = 0.5 * (1.0 - (1.0f64 - 0.2 * 0.2).sqrt());
     // Less what the way takes: 0.8 to 0.98 mm.
     let coal = line(&outcome, "coal");
