@@ -13,8 +13,8 @@ use simulate::trace::observe;
 use simulate::trace_plan::DomeChoice;
 
 #[test]
-#[ignore = "slow: solves 23 coarse tables"]
-fn held_tables_are_those_of_the_design_and_are_solved_once() {
+#[ignore = "nightly: solves 40 coarse tables (60 s)"]
+fn nightly_held_tables_are_those_of_the_design_and_are_solved_once() {
     let [d1, d2] = ["d1.toml", "d2.toml"].map(|name| {
         let mut design = design(name);
         design.hybrid.tolerance = 0.1;
