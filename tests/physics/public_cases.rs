@@ -136,10 +136,10 @@ fn judge(found: &[Estimate], lumens: f64, exact: &[f64]) -> Vec<Row> {
 }
 
 #[test]
-#[ignore = "slow: 2.5 million paths (3 s)"]
+#[ignore = "slow: 10 million paths (10 s)"]
 fn a_point_source_lights_a_room_as_in_case_5_2() {
     let source = "sources = [{ name = \"lamp\", kind = \"isotropic\", position_mm = [0.0, 0.0, 2.999999] }]\n";
-    let seen = trace(&format!("{}{}", room(3.0, 0.0, 0.0, source), squares()), 2_500_000);
+    let seen = trace(&format!("{}{}", room(3.0, 0.0, 0.0, source), squares()), 10_000_000);
     let candela = 10_000.0 / (4.0 * PI);
     let exact = means(|at, normal| {
         let d = [-at[0], -at[1], 2.999_999 - at[2]];
@@ -151,7 +151,7 @@ fn a_point_source_lights_a_room_as_in_case_5_2() {
 }
 
 #[test]
-#[ignore = "slow: 2.5 million paths (3 s)"]
+#[ignore = "slow: 10 million paths (10 s)"]
 fn an_area_source_lights_a_room_as_in_case_5_3() {
     // 1000 cd/m² on 1 m².
     let (lumens, cells) = (1000.0 * PI, 40);
@@ -164,7 +164,7 @@ fn an_area_source_lights_a_room_as_in_case_5_3() {
     }
     let source = "sources = [{ name = \"lamp\", kind = \"rectangle\", position_mm = [0.0, 0.0, 3.0], \
                   normal = [0.0, 0.0, -1.0], size_mm = [1.0, 1.0] }]\n";
-    let seen = trace(&format!("{}{}", room(3.0, 0.0, 0.0, source), squares()), 2_500_000);
+    let seen = trace(&format!("{}{}", room(3.0, 0.0, 0.0, source), squares()), 10_000_000);
     hold("CIE 171 5.3", &judge(&read(&seen), lumens, &means(at_points)));
 }
 
@@ -190,7 +190,7 @@ fn of_wall(at: [f64; 3], normal: [f64; 3], has_block: bool) -> f64 {
 }
 
 #[test]
-#[ignore = "slow: 5 million paths (5 s)"]
+#[ignore = "slow: 20 million paths (20 s)"]
 fn a_diffusing_wall_lights_a_room_as_in_cases_5_6_and_5_7() {
     let stated = [16.070, 16.333, 15.407, 13.336, 10.334, 7.094, 3.386, 3.620, 3.023, 0.0, 0.0];
     let walls = HEIGHTS.map(|z| ([2.0, 0.0, z], [-1.0, 0.0, 0.0]));
@@ -228,7 +228,7 @@ fn a_diffusing_wall_lights_a_room_as_in_cases_5_6_and_5_7() {
         let more = if has_block { block } else { "" };
         let text = room(3.0, 0.0, 0.0, &format!("{lit}{more}{squares}"))
             .replace("inner_size_mm = [4.0, 4.0]", "inner_size_mm = [4.2, 4.0]");
-        let seen = trace(&text, 2_500_000);
+        let seen = trace(&text, 10_000_000);
         let exact: Vec<f64> = points
             .iter()
             .map(|(at, normal)| {
@@ -275,7 +275,7 @@ fn a_closed_cube_holds_the_indirect_light_of_case_5_8() {
 }
 
 #[test]
-#[ignore = "slow: 5 million paths (4 s)"]
+#[ignore = "slow: 20 million paths (15 s)"]
 fn an_endless_array_of_lambertian_sources_has_the_uniformity_of_its_sum() {
     const PITCH: f64 = 10.0;
     let mut rows = Vec::new();
@@ -317,7 +317,7 @@ fn an_endless_array_of_lambertian_sources_has_the_uniformity_of_its_sum() {
              housing = {{ kind = \"specular\", reflectance = 1.0, height_mm = 40.0, inner_size_mm = [{PITCH:?}, {PITCH:?}] }}\n\
              receiver = {{ bin_mm = 1.0, plane_height_mm = 39.0 }}\n{squares}"
         );
-        let seen = trace(&text, 2_500_000);
+        let seen = trace(&text, 10_000_000);
         let groups = (0..seen.receivers[0].count())
             .map(|group| seen.receivers.iter().map(|receiver| receiver.group(group)[0]).collect());
         let five = metrics::Grouped::new(groups.collect());
