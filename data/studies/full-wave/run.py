@@ -55,9 +55,14 @@ def distances(folder, name, offset_mm, rings, width_um):
     if not (at / "full_wave.json").is_file():
         command = [BATWING, "--quiet", "full-wave", str(design_file(folder, name, offset_mm)), "--rings",
                    str(rings), "--ring-width-um", str(width_um), "--paths", "1e6", "--out", str(at)]
-        # 1e-4 of the largest bin is far below chance. Wide domes have little chance.
-        command += ["--tolerance", "1e-4"] if rings * width_um > 100 else []
-        command += ["--sources", "60"] if rings * width_um > 1000 else []
+        # 1e-4 of the largest bin is far below chance, as is 1e-3 for the widest dome.
+        radius_um = rings * width_um
+        if radius_um > 1000:
+            command += ["--tolerance", "1e-3", "--nodes", "6", "--sources", "120"]
+        elif radius_um > 100:
+            command += ["--tolerance", "1e-4"]
+        if 300 < radius_um <= 1000:
+            command += ["--sources", "60"]
         subprocess.run(command, check=True)
     file = json.loads((at / "full_wave.json").read_text())
     own, smooth = file["comparison"], file["baseline"]
