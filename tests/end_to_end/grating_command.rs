@@ -275,7 +275,8 @@ fn metal_is_solved_by_boundary_integrals() {
     }
 }
 
-fn by_orders(case: &Value) {
+/// Asserts that a case is solved by orders.
+fn assert_by_orders(case: &Value) {
     let folder = tempdir().expect("a folder");
     let answer = grating(folder.path(), case);
     assert_eq!(answer.json["method"], json!("orders"), "{case}");
@@ -285,15 +286,15 @@ fn by_orders(case: &Value) {
 /// A dielectric, and metal with given orders, are solved by orders.
 #[test]
 fn orders_solve_what_they_are_asked_for() {
-    by_orders(&with(&reliefs()[1].1, "tolerance", json!(0.01)));
-    by_orders(&with(&echelette([0.7, 5.7], "s"), "N", json!(8)));
+    assert_by_orders(&with(&reliefs()[1].1, "tolerance", json!(0.01)));
+    assert_by_orders(&with(&echelette([0.7, 5.7], "s"), "N", json!(8)));
 }
 
 #[test]
 #[ignore = "nightly: a tolerance of metal by stairs (25 s)"]
 fn nightly_orders_solve_metal_in_conical_mount() {
     let conical = with(&echelette([0.7, 5.7], "s"), "phi_deg", json!(30));
-    by_orders(&with(&conical, "tolerance", json!(0.05)));
+    assert_by_orders(&with(&conical, "tolerance", json!(0.05)));
 }
 
 /// The profile of a triangle and its relief are one grating, by the two methods.

@@ -21,7 +21,7 @@ const TOP: f64 = 0.6;
 /// Lengths of the box and of the face A, mm.
 const BOX: [f64; 3] = [1.0, 0.8, 0.35];
 const FACE: [f64; 2] = [1.4, 0.9];
-const PATHS: u64 = 1_000_000;
+const PATHS: u64 = 2_000_000;
 
 fn led() -> LedBox {
     LedBox {
@@ -136,7 +136,7 @@ fn source_and_receiver_may_be_exchanged() {
         let (a, b) = (up.value * scale, down.value);
         let error = (up.standard_error * scale).hypot(down.standard_error);
         assert!((a - b).abs() < 4.5 * error, "{name}: {a} {b} ± {error}");
-        // The test would notice an error of 4 %.
-        assert!(error < 8e-3 * b, "{name}: {b} ± {error}");
+        // The test would notice an error of 3 %.
+        assert!(error < 6e-3 * b, "{name}: {b} ± {error}");
     }
 }

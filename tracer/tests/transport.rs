@@ -349,7 +349,7 @@ fn bands_that_scatter_like_an_interface_are_an_interface() {
     let far = FarField::new(2.0, 45.0).unwrap();
     let rings = |dome: Dome, seed: u64| {
         let scene = array(&package(N, dome, 0.95, 0.86), 2, 8.3).build().unwrap();
-        let outcome = trace(&scene, &[&far], &Settings::new(many() / 5, seed));
+        let outcome = trace(&scene, &[&far], &Settings::new(4 * many() / 5, seed));
         outcome.jackknife_many(|totals| {
             let rows = totals.readings[0].chunks_exact(far.phis());
             let mut values: Vec<f64> = rows.map(|row| row.iter().sum()).collect();
@@ -362,7 +362,7 @@ fn bands_that_scatter_like_an_interface_are_an_interface() {
         let error = a.standard_error.hypot(b.standard_error);
         assert!((a.value - b.value).abs() <= 5.0 * error, "{a:?} {b:?}");
     }
-    assert!(direct[10].value > 50.0 * direct[10].standard_error || cfg!(debug_assertions));
+    assert!(direct[10].value > 100.0 * direct[10].standard_error || cfg!(debug_assertions));
 }
 
 #[test]

@@ -60,9 +60,7 @@ def distances(folder, name, offset_mm, rings, width_um):
         if radius_um > 1000:
             command += ["--tolerance", "1e-3", "--nodes", "6", "--sources", "120"]
         elif radius_um > 100:
-            command += ["--tolerance", "1e-4"]
-        if 300 < radius_um <= 1000:
-            command += ["--sources", "60"]
+            command += ["--tolerance", "1e-4", "--sources", "60" if radius_um > 300 else "360"]
         subprocess.run(command, check=True)
     file = json.loads((at / "full_wave.json").read_text())
     own, smooth = file["comparison"], file["baseline"]

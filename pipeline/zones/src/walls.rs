@@ -401,6 +401,15 @@ mod tests {
             let mean = (0..2 * COLUMNS).map(more).sum::<f64>() / (2 * COLUMNS) as f64;
             assert!((mean - found.walls_of_mean).abs() < 1e-6, "{mean}");
             assert!((more(0) - found.by_cell[0][0]).abs() < 1e-6, "{}", more(0));
+            // Two bins to a cell.
+            let cells = array.light_off_by_cell(Some(&found), [COLUMNS, 1]);
+            for (cell, share) in cells.iter().enumerate() {
+                let bins = [2 * cell, 2 * cell + 1].map(|bin| everywhere.at([bin, 5]));
+                assert!(
+                    (share - 0.5 * (bins[0] + bins[1])).abs() < 1e-9,
+                    "{cell}: {share} {bins:?}"
+                );
+            }
         });
     }
 }
