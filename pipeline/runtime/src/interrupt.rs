@@ -54,17 +54,16 @@ impl Interrupt {
     /// A flag that Ctrl-C raises; called once in a process.
     pub fn install() -> Result<Self> {
         let interrupt = Self::default();
-        let pressed = interrupt.clone();
-        ctrlc::set_handler(move || pressed.raise(SIGINT)).context("cannot watch for Ctrl-C")?;
         interrupt.watch_signals()?;
         Ok(interrupt)
     }
 
     #[cfg(unix)]
     fn watch_signals(&self) -> Result<()> {
+        use signal_hook::consts::{SIGINT as CTRL_C, SIGTERM};
         // Not SIGHUP, which `nohup` has the process ignore.
-        let signals = signal_hook::iterator::Signals::new([signal_hook::consts::SIGTERM]);
-        let mut signals = signals.context("cannot watch for SIGTERM")?;
+        let signals = signal_hook::iterator::Signals::new([CTRL_C, SIGTERM]);
+        let mut signals = signals.context("cannot watch for Ctrl-C and SIGTERM")?;
         let interrupt = self.clone();
         std::thread::spawn(move || {
             for signal in signals.forever() {
@@ -75,9 +74,9 @@ impl Interrupt {
     }
 
     #[cfg(not(unix))]
-    #[expect(clippy::unused_self, clippy::unnecessary_wraps, reason = "as where there are signals")]
     fn watch_signals(&self) -> Result<()> {
-        Ok(())
+        let pressed = self.clone();
+        ctrlc::set_handler(move || pressed.raise(SIGINT)).context("cannot watch for Ctrl-C")
     }
 
     fn raise(&self, signal: u8) {
