@@ -136,6 +136,7 @@ fn tables_larger_than_the_memory_allowed_are_refused_before_they_are_begun() {
 
 /// The film stack of a design as files of other programs, with what it does to diffuse light.
 #[test]
+#[ignore = "slow: 4 s"]
 fn the_film_stack_becomes_a_file() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();

@@ -222,6 +222,7 @@ fn shipped_designs_that_convert_light_keep_their_books() {
 /// The hybrid solves its rings at the light of the source and at that of the dye, and says what
 /// other tables would change.
 #[test]
+#[ignore = "slow: 6 s"]
 fn relief_has_tables_at_the_wavelengths_of_converted_light() {
     let folder = small();
     let file = folder.path().join("small.toml");

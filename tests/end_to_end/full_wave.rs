@@ -22,6 +22,7 @@ fn json_of(folder: &Path, design: &str, out: &str, threads: &str) -> serde_json:
 }
 
 #[test]
+#[ignore = "slow: 9 s"]
 fn three_models_of_one_section_are_written_alike_on_any_number_of_threads() {
     let folder = tempdir().expect("a folder");
     let one = compared(folder.path(), "one", "1");
@@ -64,6 +65,7 @@ fn corners_are_scaled_with_their_rings() {
 /// A dome without relief is compared by itself, by rings of the same size or in steps of the design's,
 /// and is what stands beside a dome with relief.
 #[test]
+#[ignore = "slow: 5 s"]
 fn a_smooth_dome_is_its_own_comparison_and_the_baseline_of_others() {
     let folder = tempdir().expect("a folder");
     let text = std::fs::read_to_string(DESIGN).expect("the design");
@@ -100,6 +102,7 @@ fn section(page: &str) -> &str {
 /// The page of the comparison alone and beside a run: verdict, size, table, picture, what is left
 /// out; an altered file is refused.
 #[test]
+#[ignore = "slow: 8 s"]
 fn the_page_shows_the_comparison_where_there_is_one() {
     let folder = tempdir().expect("a folder");
     let at = |name: &str| folder.path().join(name);

@@ -118,7 +118,8 @@ fn maps_and_far_fields_are_in_memory_once_beside_what_is_judged() {
 }
 
 #[test]
-fn many_wavelengths_take_what_is_said() {
+#[ignore = "nightly: 9 s"]
+fn nightly_many_wavelengths_take_what_is_said() {
     let folder = tempdir().expect("a folder");
     let glass = Path::new(FOLDER).join("materials/fused-silica.yml");
     std::fs::copy(glass, folder.path().join("glass.yml")).expect("copied");

@@ -17,6 +17,7 @@ use serde_json::Value;
 use tempfile::tempdir;
 
 #[test]
+#[ignore = "slow: 5 s"]
 fn same_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let folder = small();
     let at = |name: &str| folder.path().join(name);
@@ -143,8 +144,8 @@ fn ctrl_c_stops_a_grating_with_one_line() {
 }
 
 #[test]
-#[ignore = "slow: a whole quick reproduction (30 s)"]
-fn reproduce_goes_on_after_ctrl_c_and_writes_what_it_must() {
+#[ignore = "nightly: a whole quick reproduction (30 s)"]
+fn nightly_reproduce_goes_on_after_ctrl_c_and_writes_what_it_must() {
     let folder = tempdir().expect("a folder");
     let (out, cache) = (folder.path().join("out"), folder.path().join("tables"));
     let arguments = ["reproduce", "--quick", "--out", "out", "--cache", "tables"];

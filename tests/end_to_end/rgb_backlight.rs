@@ -12,6 +12,7 @@ use crate::zone_colours::{kept, value, write_png};
 
 /// The shipped design and the commands of its guide, of few paths.
 #[test]
+#[ignore = "slow: 5 s"]
 fn the_commands_of_the_guide_run_on_the_shipped_design() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
@@ -47,6 +48,7 @@ fn the_commands_of_the_guide_run_on_the_shipped_design() {
 
 /// The shipped file itself, small.
 #[test]
+#[ignore = "slow: 5 s"]
 fn the_shipped_design_runs_as_it_is() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();

@@ -102,6 +102,7 @@ fn groups(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
+#[ignore = "slow: 22 s"]
 fn any_number_of_shards_leaves_what_one_command_leaves() {
     let folder = small();
     let folder = folder.path();
@@ -154,6 +155,7 @@ fn shards_side_by_side_and_twice_at_once_leave_the_same() {
 }
 
 #[test]
+#[ignore = "slow: 4 s"]
 fn a_merge_names_what_is_missing_and_the_command_that_computes_it() {
     let folder = small();
     let folder = folder.path();
@@ -357,7 +359,8 @@ fn searched(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
 
 /// Tables are dealt as pieces where all samples share them, and counted with each sample otherwise.
 #[test]
-fn samples_by_waves_share_tables_or_count_their_own() {
+#[ignore = "nightly: 9 s"]
+fn nightly_samples_by_waves_share_tables_or_count_their_own() {
     let folder = small();
     let folder = folder.path();
     let hybrid = TOLERANCE.replace("samples = 8", "samples = 8\nmodel = \"hybrid\"");
@@ -417,6 +420,7 @@ fn search_at_once(folder: &Path, count: usize) {
 }
 
 #[test]
+#[ignore = "slow: 9 s"]
 fn shards_of_a_search_leave_what_one_search_leaves() {
     let (folder, expected) = problem(&doubling());
     let folder = folder.path();
@@ -440,7 +444,8 @@ fn shards_of_a_search_leave_what_one_search_leaves() {
 
 /// The shard that is left goes on alone, and the merge names what the dead one leaves undone.
 #[test]
-fn a_killed_shard_of_a_search_costs_time_and_no_result() {
+#[ignore = "nightly: 9 s"]
+fn nightly_a_killed_shard_of_a_search_costs_time_and_no_result() {
     // Long enough to be killed in the middle.
     let long = doubling().replace("8192", "65536").replace("16384", "65536");
     let (folder, expected) = problem(&long);
@@ -482,7 +487,8 @@ fn a_killed_shard_of_a_search_costs_time_and_no_result() {
 
 /// A front, and an objective over tolerances by waves: tables are shared too.
 #[test]
-fn shards_of_other_searches_leave_what_one_search_leaves() {
+#[ignore = "nightly: 12 s"]
+fn nightly_shards_of_other_searches_leave_what_one_search_leaves() {
     let front = doubling()
         .replace(
             "figure = \"uniformity\"",

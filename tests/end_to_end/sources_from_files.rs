@@ -256,6 +256,7 @@ fn a_specular_table_from_a_zemax_file_is_the_mirror() {
 }
 
 #[test]
+#[ignore = "slow: 7 s"]
 fn bands_from_zemax_and_lighttools_files_of_a_smooth_surface_are_the_bare_dome() {
     let (_keep, at) = folder();
     let mut bytes = Vec::new();

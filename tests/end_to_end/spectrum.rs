@@ -170,6 +170,7 @@ const WHITE: &str = "light.spectrum = { kind = \"white_led\", blue_nm = 450.0, b
     phosphor_fwhm_nm = 120.0, blue_part = 0.25, weighting = \"photometric\", samples = 3 }";
 
 #[test]
+#[ignore = "slow: 4 s"]
 fn white_light_gives_the_same_bytes_on_any_number_of_threads_and_after_a_stop() {
     let folder = lit(&[("white", WHITE)]);
     let out = folder.path().join("white");

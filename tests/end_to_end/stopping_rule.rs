@@ -89,6 +89,7 @@ fn of_results(folder: &Path, out: &str) -> (Value, Value) {
 }
 
 #[test]
+#[ignore = "slow: 6 s"]
 fn the_light_of_a_spectrum_is_traced_until_a_figure_is_known() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();

@@ -229,6 +229,7 @@ fn bad_files_end_in_one_message_and_write_nothing() {
 /// A box that is moved by nanometres shifts nothing, though its maps are no longer averaged over the
 /// mirrors of the array and their extremes are those of more noise.
 #[test]
+#[ignore = "slow: 6 s"]
 fn broken_symmetries_shift_no_figure_by_themselves() {
     let folder = folder();
     let text = TOLERANCE

@@ -245,6 +245,7 @@ fn the_number_of_threads_and_kept_responses_change_no_bit() {
 }
 
 #[test]
+#[ignore = "slow: 5 s"]
 fn a_small_array_stands_for_a_larger_one() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
@@ -279,7 +280,8 @@ fn a_small_array_stands_for_a_larger_one() {
 /// White walls send back nine tenths of what would lie farther out, black ones none: in both the law of
 /// the walls comes from packages beside them, and 25 packages give what all of 13 x 12 give.
 #[test]
-fn light_that_is_moved_to_walls_is_that_of_the_whole_array() {
+#[ignore = "nightly: 10 s"]
+fn nightly_light_that_is_moved_to_walls_is_that_of_the_whole_array() {
     let folder = tempdir().expect("a folder");
     let at = folder.path();
     let drives = |is_lit: &dyn Fn([usize; 2]) -> bool| -> String {

@@ -342,6 +342,7 @@ fn difference_of(
 /// In TE the slices' error is quadratic and extrapolated away; in TM the stairs' edges leave one
 /// that falls about as fast as the slices grow in number, and the orders.
 #[test]
+#[ignore = "slow: 13 s"]
 fn the_rcwa_approaches_the_same_efficiencies() {
     // Level tread and upright riser; a triangle; one that leans over its neighbour's foot.
     for apex in [[1.2, 0.6], [0.6, 0.7], [1.8, 0.5]] {
@@ -361,6 +362,7 @@ fn the_rcwa_approaches_the_same_efficiencies() {
 /// With slanted walls followed TE needs no extrapolation, and TM is several times nearer than by
 /// stairs of the same orders.
 #[test]
+#[ignore = "slow: 4 s"]
 fn slices_that_follow_the_sides_reach_the_same_efficiencies_in_both_polarisations() {
     for apex in [[1.2, 0.6], [0.6, 0.7], [1.8, 0.5]] {
         let relief = triangle(1.5, apex);

@@ -73,6 +73,7 @@ fn dielectrics_of_any_contrast_keep_their_tolerance() {
 
 /// Into an absorbing half-space every order kept carries power, more of them the more are kept.
 #[test]
+#[ignore = "slow: 5 s"]
 fn absorbing_reliefs_keep_their_tolerance() {
     for (index, period, apex) in
         [(Complex64::new(1.5, 0.2), 1.2, [0.9, 0.5]), (Complex64::new(3.0, 0.05), 0.8, [0.6, 0.4])]

@@ -8,6 +8,7 @@ mod diffusers;
 mod held_tables;
 mod lenses;
 mod moved_boxes;
+mod noisy_maps;
 mod optical_contact;
 mod order_tables;
 #[path = "../../tracer/tests/common/package.rs"]

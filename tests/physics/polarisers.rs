@@ -135,6 +135,7 @@ fn a_sheet_selects_p_at_brewsters_angle() {
 }
 
 #[test]
+#[ignore = "slow: 4 s"]
 fn what_a_sheet_returns_gains_over_white_and_not_over_a_mirror() {
     let over = |kind: &str, reflectance: f64, film: &str| {
         let floor = format!("\"{kind}\", reflectance = {reflectance:?}, extent");
@@ -163,6 +164,7 @@ fn what_a_sheet_returns_gains_over_white_and_not_over_a_mirror() {
 /// A film between two sheets in the same direction: one that scatters, or of a medium that does,
 /// leaves half of its light for the upper one; clear plates and gaps keep all.
 #[test]
+#[ignore = "slow: 4 s"]
 fn diffusers_depolarise_and_plates_do_not() {
     let between = |film: &str| {
         let low = absorbing("low", 1.0, 40.0);

@@ -96,8 +96,8 @@ fn seventeen_bands_give_the_figures_of_the_true_geometry() {
 }
 
 #[test]
-#[ignore = "slow: 6 s"]
-fn a_cell_for_every_ring_gives_the_far_field_of_the_true_geometry() {
+#[ignore = "nightly: 6 s"]
+fn nightly_a_cell_for_every_ring_gives_the_far_field_of_the_true_geometry() {
     for (k, name) in DESIGNS.into_iter().enumerate() {
         let design = every_ring(name);
         let truth = truth(k);

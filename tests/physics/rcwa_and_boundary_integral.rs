@@ -12,8 +12,8 @@ use gratings::boundary_integral::{Fineness, Grating};
 use rcwa::{Pol, Side};
 
 #[test]
-#[ignore = "slow: four rings by two methods (10 s)"]
-fn both_solvers_agree_on_the_rings() {
+#[ignore = "nightly: four rings by two methods (10 s)"]
+fn nightly_both_solvers_agree_on_the_rings() {
     for (file, band) in RINGS {
         let (ring, interface) = ring(file, band).expect("a ring");
         let (top, bottom) = (interface.n_top.re, interface.n_bottom.re);
@@ -42,6 +42,7 @@ fn reflected_totally(solution: &gratings::boundary_integral::Solution) -> usize 
 }
 
 #[test]
+#[ignore = "slow: 5 s"]
 fn half_as_many_nodes_again_change_no_digit_that_is_relied_on() {
     let (_, interface) = ring("d1.toml", 8).expect("a ring");
     let (solution, moved) = by_integrals(&interface, 0.0291).expect("a solution");

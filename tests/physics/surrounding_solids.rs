@@ -75,6 +75,7 @@ fn domed(columns: usize, rows: usize, more: &str) -> String {
 }
 
 #[test]
+#[ignore = "slow: 7 s"]
 fn a_slab_around_one_package_is_the_same_by_package_and_by_array() {
     let of = |per: &str| trace(&domed(1, 1, &slab(per, [0.0, 7.0, 1.6], GLASS)));
     let (package, array) = (of("package"), of("array"));
@@ -99,6 +100,7 @@ fn a_slab_around_one_package_is_the_same_by_package_and_by_array() {
 }
 
 #[test]
+#[ignore = "slow: 7 s"]
 fn a_dome_of_the_index_of_the_slab_is_not_seen() {
     // Whatever its height: only its bottom and its box are.
     let silicone = "{ index = 1.41 }";
@@ -247,8 +249,8 @@ fn orders_are_judged_by_what_the_relief_stands_in() {
 }
 
 #[test]
-#[ignore = "slow: 14 s"]
-fn relief_has_tables_for_what_it_stands_in() {
+#[ignore = "nightly: 14 s"]
+fn nightly_relief_has_tables_for_what_it_stands_in() {
     let lens = "[[solids]]\nname = \"lens\"\nkind = \"cylinder\"\nposition_mm = [0.0, 0.0, 1.0]\nradius_mm = 2.5\nheight_mm = 2.0\nmedium = { index = 1.2 }\n";
     let around = slab("array", [0.0, 30.0, 1.6], "{ index = 1.2 }");
     let [air, own, common] = ["", lens, &around].map(|solid| parse(&relief(solid), Path::new("")));

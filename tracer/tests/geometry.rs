@@ -178,6 +178,7 @@ fn sides_tell_from_where_a_ray_comes() {
 }
 
 #[test]
+#[ignore = "slow: 6 s"]
 fn marching_through_a_relief_finds_what_testing_all_segments_finds() {
     // The last one is no dome at all: a wavy, overhanging body.
     let wave: Vec<[f64; 2]> = (0..=60)

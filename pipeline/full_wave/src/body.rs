@@ -539,6 +539,7 @@ mod tests {
 
     /// Without refinement by the finest skeletons and by those of a target, and with it.
     #[test]
+    #[ignore = "slow: 17 s"]
     fn tiles_give_what_one_matrix_gives() {
         for outline in outlines() {
             for polarisation in [Polarisation::Te, Polarisation::Tm] {
@@ -560,6 +561,7 @@ mod tests {
     /// Exact equations find that coarse skeletons leave out too much, and refine; a tolerance that they
     /// meet leaves the first solution as it is.
     #[test]
+    #[ignore = "slow: 7 s"]
     fn refinement_makes_good_what_coarse_skeletons_leave_out() {
         let outline = stepped(4, 5.0);
         let fine = bins(&body(&outline, 1e-10, None), Polarisation::Te);
@@ -594,6 +596,7 @@ mod tests {
     /// By the equations of all panels and of ten; in single precision, which orthonormal sums keep, and with
     /// coarse skeletons, whose error is hundreds of times as large.
     #[test]
+    #[ignore = "slow: 8 s"]
     fn sampled_equations_bound_the_error() {
         for outline in outlines() {
             for skeletons in [SKELETONS, 1e3 * SKELETONS] {
@@ -610,6 +613,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "slow: 4 s"]
     fn tiles_give_the_same_bits_on_any_number_of_threads() {
         let outline = stepped(3, 5.0);
         let solved = [1, 2, 3].map(|threads| {

@@ -54,7 +54,8 @@ fn light_from_the_centre_of_half_a_cylinder_is_uniform() {
 
 /// Arcs of rounded tips and valleys, which bend from and to the centre, beside chains of 60 chords.
 #[test]
-fn rounded_corners_are_the_limit_of_many_chords() {
+#[ignore = "nightly: 11 s"]
+fn nightly_rounded_corners_are_the_limit_of_many_chords() {
     let dome = SphericalDome { sphere_radius_mm: 2.0, height_mm: 1.5, radius_mm: 1.8 };
     let rounding = Rounding { tip_mm: 1e-5, valley_mm: 1.5e-5 };
     let relief = Elements { rounding, ..relief(Shape::Os1, 3) };
@@ -136,6 +137,7 @@ fn nightly_nodes_of_a_wide_ring_are_enough() {
 }
 
 #[test]
+#[ignore = "slow: 14 s"]
 fn power_is_accounted_for_and_models_are_compared() {
     let section = paper(Shape::Os1, 2, 3.0);
     let resolution = Resolution { nodes_per_wavelength: 8.0, ..Resolution::default() };

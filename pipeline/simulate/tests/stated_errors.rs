@@ -11,7 +11,7 @@ use std::path::Path;
 use design::Design;
 use metrics::figures;
 
-use crate::scatter::{Scatter, over_seeds};
+use self::scatter::{Scatter, over_seeds};
 
 /// Seeds of each scene. A ratio of 40 scatters has a standard error of 11 %, with 0.8 to 1.25 as
 /// the band that errors keep: three of them beyond it.

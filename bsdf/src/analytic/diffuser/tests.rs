@@ -135,6 +135,7 @@ fn density(surface: &Diffuser, wi: DVec3) -> impl Fn(DVec3) -> f64 {
 }
 
 #[test]
+#[ignore = "slow: 4 s"]
 fn draws_follow_their_density() {
     let mut rng = Pcg64::seed_from_u64(3);
     let laws = [12.0, 40.0, 90.0, 180.0].map(gaussian).into_iter();

@@ -107,6 +107,7 @@ fn check(chips: &Chips, paths: f64) {
 }
 
 #[test]
+#[ignore = "slow: 7 s"]
 fn errors_of_four_chips_cover_the_closed_form() {
     let chips = Chips::new(2, 5.0, 3.0, 0.2);
     for paths in [3e2, 2e3, 1e4, 3e4, 1e6] {
@@ -115,7 +116,8 @@ fn errors_of_four_chips_cover_the_closed_form() {
 }
 
 #[test]
-fn errors_of_many_chips_cover_the_closed_form() {
+#[ignore = "nightly: 4 s"]
+fn nightly_errors_of_many_chips_cover_the_closed_form() {
     let chips = Chips::new(7, 5.0, 1.5, 0.25);
     for paths in [2e3, 3e5] {
         check(&chips, paths);
@@ -123,7 +125,8 @@ fn errors_of_many_chips_cover_the_closed_form() {
 }
 
 #[test]
-fn errors_of_few_paths_in_wide_maps_cover_the_closed_form() {
+#[ignore = "nightly: 3 s"]
+fn nightly_errors_of_few_paths_in_wide_maps_cover_the_closed_form() {
     let chips = Chips::new(3, 9.0, 6.0, 0.25);
     for paths in [5e2, 2.2e3, 1e4] {
         check(&chips, paths);
