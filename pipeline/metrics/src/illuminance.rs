@@ -110,29 +110,86 @@ impl Symmetry {
     }
 }
 
-/// Irradiance of every group, W/mm²: power per area of a bin that can be lit (`parts` of the bins; all
-/// without), averaged over the symmetries, smoothed by a Gaussian.
+/// Walls or borders of a cell across a map: light of one side is not smoothed into bins of the other.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Border {
+    /// Share of the area of each bin that can be lit.
+    pub parts: Vec<f64>,
+    /// True of bins beyond walls, whose light is their own.
+    pub is_beyond: Vec<bool>,
+    /// Bins along x and y of a cell that repeats, where they are whole numbers.
+    pub period: Option<[usize; 2]>,
+}
+
+impl Border {
+    /// `values` of the bins of one side; 0 elsewhere.
+    fn side(&self, values: &[f64], is_beyond: bool) -> Vec<f64> {
+        let own = |(value, beyond): (&f64, &bool)| if *beyond == is_beyond { *value } else { 0.0 };
+        values.iter().zip(&self.is_beyond).map(own).collect()
+    }
+}
+
+/// Irradiance of every group, W/mm²: power per area of a bin that can be lit (all without a `border`),
+/// averaged over the symmetries, smoothed by a Gaussian. A cell that repeats is smoothed as an endless
+/// one; of one that no whole bins fill its border takes nothing from beyond.
 pub fn smoothed(
     powers: Grouped,
     grid: Grid,
-    parts: Option<&[f64]>,
+    border: Option<&Border>,
     symmetry: Symmetry,
     sigma_mm: f64,
 ) -> Grouped {
     let kernel = kernel(sigma_mm / grid.bin_mm);
-    let areas = parts.map(|parts| convolved(parts, grid, &kernel));
+    let sides = border.map_or_else(Vec::new, |border| {
+        let has_beyond = border.is_beyond.contains(&true) && border.period.is_none();
+        let sides = if has_beyond { &[false, true][..] } else { &[false] };
+        let area = |side: &bool| convolved(&border.side(&border.parts, *side), grid, &kernel);
+        sides.iter().map(|side| (*side, area(side))).collect::<Vec<_>>()
+    });
     powers.into_map(|power| {
         let mut map = symmetrised(&power, grid, symmetry);
         for v in &mut map {
             *v /= grid.bin_mm * grid.bin_mm;
         }
-        let mut map = convolved(&map, grid, &kernel);
-        let lit = map.iter_mut().zip(parts.unwrap_or_default()).zip(areas.iter().flatten());
-        for ((value, part), area) in lit {
-            *value = if *part > 0.0 { *value / area } else { 0.0 };
+        let Some(border) = border else { return convolved(&map, grid, &kernel) };
+        if let Some(period) = border.period {
+            let endless = convolved_cell(&map, grid, period, &kernel);
+            let inside = |(value, part): (f64, &f64)| if *part > 0.0 { value } else { 0.0 };
+            return endless.into_iter().zip(&border.parts).map(inside).collect();
         }
-        map
+        let mut smooth = vec![0.0; map.len()];
+        for (is_beyond, area) in &sides {
+            let light = convolved(&border.side(&map, *is_beyond), grid, &kernel);
+            for (bin, value) in smooth.iter_mut().enumerate() {
+                if border.is_beyond[bin] == *is_beyond && border.parts[bin] > 0.0 {
+                    *value = light[bin] / area[bin];
+                }
+            }
+        }
+        smooth
     })
+}
+
+/// Convolution of an endless array of a cell of so many bins; light in bins a whole number of cells apart
+/// is added up.
+fn convolved_cell(map: &[f64], grid: Grid, [nx, ny]: [usize; 2], kernel: &[f64]) -> Vec<f64> {
+    let in_cell = |k: usize, columns: usize| (k / columns % ny) * nx + k % columns % nx;
+    let mut cell = vec![0.0; nx * ny];
+    for (k, value) in map.iter().enumerate() {
+        cell[in_cell(k, grid.columns)] += value;
+    }
+    // With as many whole cells around as the kernel reaches into.
+    let cells = [nx, ny].map(|count| 1 + 2 * (kernel.len() - 1).div_ceil(count));
+    let wide = Grid { columns: cells[0] * nx, rows: cells[1] * ny, ..grid };
+    let all: Vec<f64> =
+        (0..wide.columns * wide.rows).map(|k| cell[in_cell(k, wide.columns)]).collect();
+    let smooth = convolved(&all, wide, kernel);
+    let middle = cells[1] / 2 * ny * wide.columns + cells[0] / 2 * nx;
+    let of_bin = |k: usize| {
+        let (i, j) = (k % grid.columns % nx, k / grid.columns % ny);
+        smooth[middle + j * wide.columns + i]
+    };
+    (0..map.len()).map(of_bin).collect()
 }
 
 /// Mean over the images of the map under its symmetries.
@@ -266,12 +323,66 @@ mod tests {
         let even = Grouped::new(vec![parts.clone(); 2]);
         for sigma_mm in [0.0, 0.05, 0.2] {
             for symmetry in [Symmetry::Square, Symmetry::Rectangle] {
-                let map = smoothed(even.clone(), GRID, Some(&parts), symmetry, sigma_mm);
+                let is_beyond = vec![false; 441];
+                let border = Border { parts: parts.clone(), is_beyond, period: None };
+                let map = smoothed(even.clone(), GRID, Some(&border), symmetry, sigma_mm);
                 for k in (0..441).filter(|k| part(*k) > 0.0) {
                     // 2 W in each 0.01 mm² by both groups.
                     assert!((map.total()[k] - 200.0).abs() < 1e-9, "{k}: {}", map.total()[k]);
                 }
             }
+        }
+    }
+
+    /// Bright within walls, dark beyond them: neither tells of the other.
+    #[test]
+    fn light_beyond_walls_is_smoothed_by_itself() {
+        let is_within = |k: usize| (5..16).contains(&(k % 21)) && (5..16).contains(&(k / 21));
+        let light = (0..441).map(|k| if is_within(k) { 3.0 } else { 1.0 }).collect();
+        let border = Border {
+            parts: vec![1.0; 441],
+            is_beyond: (0..441).map(|k| !is_within(k)).collect(),
+            period: None,
+        };
+        let map = smoothed(
+            Grouped::new(vec![light, vec![0.0; 441]]),
+            GRID,
+            Some(&border),
+            Symmetry::None,
+            0.2,
+        );
+        for (k, value) in map.total().iter().enumerate() {
+            let exact = if is_within(k) { 300.0 } else { 100.0 };
+            assert!((value - exact).abs() < 1e-9, "{k}: {value}");
+        }
+    }
+
+    /// A cosine over a cell of 15 bins, whose border cuts the outer ones in half, keeps its shape.
+    #[test]
+    fn a_cell_that_repeats_is_smoothed_without_end() {
+        let grid = Grid { columns: 20, rows: 20, bin_mm: 0.1 };
+        let share = |k: usize| match k {
+            2 | 17 => 0.5,
+            3..17 => 1.0,
+            _ => 0.0,
+        };
+        let phase = |k: usize| std::f64::consts::TAU * grid.centre_mm(k, 20) / 1.5;
+        let part = |k: usize| share(k % 20) * share(k / 20);
+        let exact =
+            |k: usize, depth: f64| 1.0 + depth * (phase(k % 20).cos() + phase(k / 20).cos());
+        let powers = (0..400).map(|k| 0.01 * part(k) * exact(k, 0.4)).collect();
+        let border = Border {
+            parts: (0..400).map(part).collect(),
+            is_beyond: vec![false; 400],
+            period: Some([15, 15]),
+        };
+        let powers = Grouped::new(vec![powers, vec![0.0; 400]]);
+        let map = smoothed(powers, grid, Some(&border), Symmetry::Square, 0.2);
+        // A Gaussian of σ = 2 bins damps a wave of 15 bins.
+        let depth = 0.4 * (-0.5 * (std::f64::consts::TAU * 2.0 / 15.0).powi(2)).exp();
+        for k in 0..400 {
+            let exact = if part(k) > 0.0 { exact(k, depth) } else { 0.0 };
+            assert!((map.total()[k] - exact).abs() < 1e-3, "{k}: {} {exact}", map.total()[k]);
         }
     }
 

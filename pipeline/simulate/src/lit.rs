@@ -3,7 +3,8 @@
 //!
 //! The walls of the housing are opaque: of a bin that they cut, what lies between them is lit, and its
 //! light is divided by that area. Bins beyond the walls are lit where no wall stands. Walls may cut the
-//! plane alone: other receivers that they cut are refused.
+//! plane alone: other receivers that they cut are refused. Smoothing does not pass walls. Beyond a cell
+//! that repeats nothing is lit, and smoothing goes on in the next cell.
 //!
 //! A film ends at its edge, where the light above it jumps: bins that the edge cuts hold light of both
 //! sides, and figures leave them out where the film is nearer than such a bin is wide.
@@ -12,7 +13,7 @@ use design::Design;
 use design::resolved::receivers::CheckedReceiver;
 use design::resolved::solids::CheckedSolid;
 use design::schema::receivers::Normal;
-use metrics::illuminance::Grid;
+use metrics::illuminance::{Border, Grid};
 use metrics::lit::LitBins;
 
 /// Parts of a bin that are rounding.
@@ -41,16 +42,35 @@ pub fn plane_grid(design: &Design) -> Grid {
     Grid { columns, rows, bin_mm: r.bin_mm }
 }
 
+/// Parts of the plane that walls or the borders of a cell leave; `None` where they cut no bin and nothing
+/// repeats. A cell repeats where whole bins fill it and the map covers it.
+pub fn border(design: &Design) -> Option<Border> {
+    let Grid { columns, rows, bin_mm } = plane_grid(design);
+    let plane = Rectangle::of_plane(design);
+    let half_mm = design.housing_half_mm()?;
+    let bins = half_mm.map(|half| 2.0 * half / bin_mm);
+    let fits = |(bins, map): (f64, usize)| {
+        (bins - bins.round()).abs() < ROUNDING * bins && bins.round() <= map as f64
+    };
+    let repeats = design.is_periodic() && bins.into_iter().zip([columns, rows]).all(fits);
+    let parts = match plane.parts(design) {
+        Some(parts) => parts,
+        // A map as large as its cell is cut by no border, and goes on all the same.
+        None if repeats => vec![1.0; columns * rows],
+        None => return None,
+    };
+    let inner = plane.within(half_mm.map(|half| [-half, half]));
+    Some(Border {
+        parts,
+        is_beyond: inner.iter().map(|part| *part <= 0.0).collect(),
+        period: repeats.then(|| bins.map(|bins| bins.round() as usize)),
+    })
+}
+
 /// The lit parts of the bins of the plane; `None` where all are whole and counted.
 pub fn of_plane(design: &Design) -> Option<LitBins> {
-    let Grid { columns, rows, bin_mm } = plane_grid(design);
-    let bins = [columns, rows];
-    let plane = Rectangle {
-        low_mm: bins.map(|count| -0.5 * count as f64 * bin_mm),
-        bin_mm: [bin_mm; 2],
-        bins,
-        z_mm: design.receiver.plane_height_mm,
-    };
+    let Grid { columns, rows, .. } = plane_grid(design);
+    let plane = Rectangle::of_plane(design);
     let (parts, is_cut) = (plane.parts(design), plane.cut_by_film(design));
     if parts.is_none() && is_cut.is_none() {
         return None;
@@ -110,6 +130,17 @@ fn film_below(design: &Design, z_mm: f64) -> Option<&CheckedSolid> {
 }
 
 impl Rectangle {
+    fn of_plane(design: &Design) -> Self {
+        let Grid { columns, rows, bin_mm } = plane_grid(design);
+        let bins = [columns, rows];
+        Self {
+            low_mm: bins.map(|count| -0.5 * count as f64 * bin_mm),
+            bin_mm: [bin_mm; 2],
+            bins,
+            z_mm: design.receiver.plane_height_mm,
+        }
+    }
+
     /// Of each bin along x (`k` 0) or y (1), the share of its length between two ends.
     fn shares(&self, k: usize, [from, to]: [f64; 2]) -> Vec<f64> {
         let edge = |bin: usize| self.low_mm[k] + bin as f64 * self.bin_mm[k];
@@ -132,14 +163,21 @@ impl Rectangle {
     /// The parts that walls leave; `None` where they cut no bin.
     fn parts(&self, design: &Design) -> Option<Vec<f64>> {
         let (housing, half) = (design.housing.as_ref()?, design.housing_half_mm()?);
-        if self.z_mm >= housing.height_mm {
+        // At the top of a cell light still goes round.
+        let is_within = if design.is_periodic() {
+            self.z_mm <= housing.height_mm
+        } else {
+            self.z_mm < housing.height_mm
+        };
+        if !is_within {
             return None;
         }
         let of_walls = |beyond: f64| self.within(half.map(|half| [-half - beyond, half + beyond]));
         let (inner, outer) = (of_walls(0.0), of_walls(housing.thickness_mm));
         let part = |(inner, outer): (f64, f64)| {
-            // Beyond the walls is light of its own, of which a bin that holds both counts none.
-            let part = if inner > 0.0 { inner } else { 1.0 - outer };
+            // Beyond the walls is light of its own, of which a bin that holds both counts none; beyond a
+            // cell that repeats is none.
+            let part = if inner > 0.0 || design.is_periodic() { inner } else { 1.0 - outer };
             if part > 1.0 - ROUNDING { 1.0 } else { part.max(0.0) }
         };
         let parts: Vec<f64> = inner.into_iter().zip(outer).map(part).collect();

@@ -206,7 +206,7 @@ impl Observation {
             illuminance: smoothed(
                 plane,
                 grid,
-                lit::of_plane(design).as_ref().map(|lit| &lit.parts[..]),
+                lit::border(design).as_ref(),
                 symmetry::of_maps(design),
                 design.receiver.smoothing_sigma_mm,
             ),
