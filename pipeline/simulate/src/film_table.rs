@@ -104,12 +104,17 @@ pub fn treatment(design: &Design) -> FilmTreatment {
     })
 }
 
-/// A film that is not as large as the first one.
+/// The film whose lengths the fewest others share, of several the last, if some differ.
 pub(super) fn other_lengths(films: &[&CheckedSolid], size_mm: [f64; 2]) -> Option<String> {
-    let differs = |film: &&&CheckedSolid| {
-        film.film_mm().is_some_and(|(_, own)| (0..2).any(|k| !is_same_length(own[k], size_mm[k])))
+    let is_alike = |film: &CheckedSolid, lengths_mm: [f64; 2]| {
+        let own = film.film_mm().map(|(_, own)| own);
+        own.is_some_and(|own| (0..2).all(|k| is_same_length(own[k], lengths_mm[k])))
     };
-    let film = films.iter().find(differs)?;
+    let alike = |lengths_mm| films.iter().filter(|film| is_alike(film, lengths_mm)).count();
+    if alike(size_mm) == films.len() {
+        return None;
+    }
+    let film = films.iter().rev().min_by_key(|film| film.film_mm().map(|(_, own)| alike(own)))?;
     Some(format!("film {:?} has lengths of its own", film.name()))
 }
 
@@ -320,7 +325,7 @@ impl FilmStack {
             _ => "film by film at their ends",
         };
         format!(
-            "by a table of the whole stack ({symmetry}, {ends}); trace.films = \"traced\" traces film by film"
+            "by a table of the whole stack ({symmetry}, {ends}), drawn as light asks for it; trace.films = \"traced\" traces film by film"
         )
     }
 

@@ -13,7 +13,8 @@ use tracer::Error;
 use design::resolved::array::{Array, PackagePositions};
 use design::resolved::receivers::CheckedReceiver;
 use design::resolved::solids::CheckedSolid;
-use design::schema::solids::Per;
+use design::schema::receivers::Normal;
+use design::schema::solids::{Per, SolidForm};
 use design::{ConfigError, Design};
 use geometry::Cell;
 use metrics::digits::shortest;
@@ -30,6 +31,8 @@ use super::trace::{GROUPS, plane};
 const FLATTEST: f64 = 500.0;
 /// Name of the walls of the housing, as in the ledger.
 const WALL: &str = "wall";
+/// Rounding of places, mm.
+const ROUNDING_MM: f64 = 1e-9;
 /// Memory of a run beside its bins, bytes.
 const BESIDES: usize = 32 << 20;
 
@@ -62,6 +65,7 @@ pub fn parse(file: &str, text: &str, folder: &Path) -> Result<Design> {
 pub fn check(design: &Design) -> Result<()> {
     has_room(design)?;
     cell_holds(design)?;
+    stands_within(design)?;
     let surface = dome_surface(design, Model::Geometric, None)?;
     let scene = scene::build(design, &surface).map_err(|error| match error.downcast_ref() {
         Some(wrong) => unbuilt(design, wrong).into(),
@@ -109,6 +113,56 @@ fn cell_holds(design: &Design) -> Result<()> {
             format!("at least {} mm, {what}: above it no light goes round", shortest(z_mm));
         let got = shortest(housing.height_mm);
         Err(refused(design, "housing.height_mm", got, expected).into())
+    })
+}
+
+/// Refuses packages that stand beyond the walls, sources below their edge, and solids and receivers beyond
+/// the borders of a cell that repeats, where no light is.
+fn stands_within(design: &Design) -> Result<()> {
+    let (Some(housing), Some(half_mm)) = (&design.housing, design.housing_half_mm()) else {
+        return Ok(());
+    };
+    let axes = design.array.axes_mm();
+    // Half lengths of what reaches around its place; in every package, or once.
+    let beyond = |[x, y]: [f64; 2], reach_mm: [f64; 2], per: Per| {
+        let axes = if per == Per::Package { &axes[..] } else { &[[0.0; 2]] };
+        let mut places = axes.iter().map(|axis| [axis[0] + x, axis[1] + y]);
+        places.find(|place| (0..2).any(|k| place[k].abs() - reach_mm[k] > half_mm[k] + ROUNDING_MM))
+    };
+    let mut outside =
+        beyond([0.0; 2], [0.0; 2], Per::Package).map(|at| ("a package".to_owned(), at));
+    let is_turned = design.array.is_turned() || design.array.is_scaled();
+    for source in design.sources.iter().filter(|_| !is_turned) {
+        let place = source.stated.kind.place().map(|(place, _)| place);
+        let walled = place.filter(|[.., z]| design.is_periodic() || *z < housing.height_mm);
+        let at = walled.and_then(|[x, y, _]| beyond([x, y], [0.0; 2], Per::Package));
+        outside = outside.or_else(|| at.map(|at| (format!("source {:?}", source.name()), at)));
+    }
+    if design.is_periodic() {
+        // A mesh may lie anywhere about its origin.
+        let is_mesh = |solid: &&CheckedSolid| matches!(solid.stated.kind, SolidForm::Mesh(_));
+        for solid in design.solids.iter().filter(|solid| !is_mesh(solid)) {
+            let [x, y, _] = solid.stated.shared.position_mm.0;
+            let at = beyond([x, y], [0.0; 2], solid.per());
+            outside = outside.or_else(|| at.map(|at| (format!("solid {:?}", solid.name()), at)));
+        }
+        for receiver in &design.receivers {
+            let level = receiver.stated.kind.rectangle();
+            let level = level.filter(|of| matches!(of.normal, Normal::Up | Normal::Down));
+            let at = level.and_then(|stated| {
+                let [x, y, _] = stated.position_mm;
+                beyond([x, y], stated.size_mm.map(|length| 0.5 * length), Per::Array)
+            });
+            outside =
+                outside.or_else(|| at.map(|at| (format!("receiver {:?}", receiver.name()), at)));
+        }
+    }
+    outside.map_or(Ok(()), |(what, at)| {
+        let (key, got) = housing_key(design);
+        let [x, y] = at.map(shortest);
+        let around = if design.is_periodic() { "a cell" } else { "walls" };
+        let expected = format!("{around} around all that it holds, {what} at ({x}, {y}) mm too");
+        Err(refused(design, key, got, expected).into())
     })
 }
 

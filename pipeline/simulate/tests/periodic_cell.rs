@@ -96,6 +96,49 @@ fn a_cell_is_the_same_wherever_it_is_cut() {
     agrees("table", base[0], base[1]);
 }
 
+/// A lens whose LED stands off its axis, and rows half a pitch apart, in cells of one and two packages and
+/// of four times as many.
+#[test]
+fn cells_of_lenses_and_of_staggered_rows_are_those_of_four() {
+    let four = |text: &str, from: &str, to: &str| {
+        let text = text.replace(from, to);
+        text.replace("inner_size_mm = [5.0, 4.0]", "inner_size_mm = [10.0, 8.0]")
+    };
+    let lens = CELL.replace("height_mm = 0.15,", "height_mm = 0.15, offset_mm = [0.35, 0.1],")
+        + "\n[dome]\nsphere_radius_mm = 1.0\nheight_mm = 0.8\nwidth_mm = 1.8\n[silicone]\nindex = 1.41\n";
+    let staggered = CELL
+        .replace("columns = 1, rows = 1", "columns = 1, rows = 2, arrangement = \"hexagonal\"")
+        .replace("pitch_mm = [5.0, 4.0]", "pitch_mm = [5.0, 2.0]");
+    for (what, text, from, to) in [
+        ("lens", &lens, "columns = 1, rows = 1", "columns = 2, rows = 2"),
+        ("staggered", &staggered, "columns = 1, rows = 2", "columns = 2, rows = 4"),
+    ] {
+        let up = |text: &str| both(text, 100_000, "escaped_up");
+        for (found, right) in up(&four(text, from, to)).into_iter().zip(up(text)) {
+            agrees(what, found, right);
+        }
+    }
+}
+
+/// Smoothing goes on in the next cell, whatever walls would be thick, and the map of one LED is that of
+/// four.
+#[test]
+fn the_uniformity_of_a_cell_is_that_of_an_endless_array() {
+    let smooth = CELL
+        .replace("bin_mm = 0.5", "bin_mm = 0.5, smoothing_sigma_mm = 1.0, area_mm = [5.0, 4.0]")
+        .replace("z_mm = 3.0", "z_mm = 1.0")
+        .replace("plane_height_mm = 5.9", "plane_height_mm = 2.5");
+    let thick = smooth.replace("height_mm = 6.0,", "height_mm = 6.0, thickness_mm = 4.0,");
+    let wide = smooth
+        .replace("columns = 1, rows = 1", "columns = 3, rows = 3")
+        .replace("inner_size_mm = [5.0, 4.0]", "inner_size_mm = [15.0, 12.0]");
+    let uniformity = |text: &str| both(text, 200_000, "area_min_to_mean")[1];
+    let right = uniformity(&smooth);
+    assert!(right.value < 0.95, "{right:?}");
+    assert!((uniformity(&thick).value - right.value).abs() < 1e-6);
+    agrees("nine packages", uniformity(&wide), right);
+}
+
 /// A board that mirrors all light and nothing above: all of it goes up, however it goes round.
 #[test]
 fn light_is_neither_lost_nor_made_where_it_goes_round() {
@@ -120,6 +163,30 @@ fn a_cell_holds_what_is_in_it() {
         (plane, "housing.height_mm"),
         (narrow, "housing.inner_size_mm"),
         (alone, "array.crossing"),
+        (CELL.replace("columns = 1", "columns = 3"), "a package at (-5, 0) mm"),
+        (
+            format!(
+                "{CELL}\n[[sources]]\nname = \"lamp\"\nkind = \"isotropic\"\nposition_mm = [3.0, 0.0, 1.0]\n"
+            ),
+            "source \"lamp\" at (3, 0) mm",
+        ),
+        (
+            format!(
+                "{CELL}\n[[solids]]\nname = \"ball\"\nkind = \"sphere\"\nper = \"array\"\nradius_mm = 0.2\nposition_mm = [4.0, 0.0, 1.0]\nmedium = {{ index = 1.5 }}\n"
+            ),
+            "solid \"ball\" at (4, 0) mm",
+        ),
+        (
+            format!(
+                "{CELL}\n[[receivers]]\nname = \"front\"\nkind = \"plane\"\nposition_mm = [9.0, 0.0, 2.0]\nsize_mm = [2.0, 2.0]\nbins = [1, 1]\n"
+            ),
+            "receiver \"front\" at (9, 0) mm",
+        ),
+        (
+            CELL.replace("\"periodic\"", "\"specular\", reflectance = 0.9")
+                .replace("columns = 1", "columns = 3"),
+            "walls around all",
+        ),
     ] {
         let refused = simulate::scene_check::check(&parsed(&text)).expect_err(key).to_string();
         assert!(refused.starts_with("own.toml") && refused.contains(key), "{refused}");

@@ -176,6 +176,7 @@ fn dyed(density: &str, at: &str, folder: &Path) -> f64 {
 }
 
 #[test]
+#[ignore = "slow: 4 s"]
 fn each_place_of_a_film_has_its_own_density() {
     let folder = tempfile::tempdir().expect("a folder");
     std::fs::write(folder.path().join("halves.csv"), "1,0.25\n").expect("a picture");

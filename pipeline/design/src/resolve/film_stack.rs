@@ -63,6 +63,7 @@ pub(crate) fn resolve(
         read.check_name(&film.name, known)?;
         let faces = [film.top.as_ref(), film.bottom.as_ref()].map(Option::<&SolidScatter>::cloned);
         let mut film = resolve_one(&stated, faces, wavelength_nm, &read)?;
+        holds_relief(&film, thickness_mm, &read)?;
         if is_contact && let Some(below) = films.last_mut() {
             join(below, &mut film, &read)?;
         }
@@ -70,6 +71,26 @@ pub(crate) fn resolve(
     }
     tips_in_glue(&raw.films, at)?;
     Ok(films)
+}
+
+/// Refuses relief that is cut deeper into a film than it is thick.
+fn holds_relief(
+    film: &CheckedSolid,
+    thickness_mm: f64,
+    read: &SolidTable,
+) -> Result<(), ConfigError> {
+    let depths_um = film.depths_of_faces_um();
+    let most_um = 1e3 * thickness_mm;
+    if depths_um.iter().sum::<f64>() <= most_um * (1.0 + ROUNDING_MM) {
+        return Ok(());
+    }
+    let face = usize::from(depths_um[1] > depths_um[0]);
+    let name = ["top", "bottom"][face];
+    let got = format!("relief {} um deep", shortest(depths_um[face]));
+    let other = shortest(depths_um[1 - face]);
+    let expected =
+        format!("at most {} um, the film, with {other} um on its other face", shortest(most_um));
+    Err(read.at.value(&read.key(name), got, &expected))
 }
 
 /// Refuses tips that are to stand in a film which is not there, or too thin for them.

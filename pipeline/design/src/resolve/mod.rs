@@ -185,13 +185,12 @@ impl Design {
         at: &Context,
     ) -> Result<Self, ConfigError> {
         self.check_relief(at)?;
-        let lights = self.colour_lights();
-        if self.converts() && raw.panel.as_ref().is_some_and(|p| !p.sub_pixels.is_empty()) {
-            let expected =
-                "none where a medium converts light, whose spectrum is not known by place";
-            return Err(at.value("panel.sub_pixels", "given", expected));
-        }
-        let panel = raw.panel.as_ref().map(|raw| panel::resolve(raw, &lights, folder, at));
+        let mut lights = self.colour_lights();
+        lights.lights.extend(self.converted_lights());
+        let panel = raw
+            .panel
+            .as_ref()
+            .map(|raw| panel::resolve(raw, (&lights, self.converts()), folder, at));
         let design = Self { panel: panel.transpose()?, ..self };
         luminescence::check(&design, raw, at)?;
         light::check_ends(&design, raw, Self::check_relief, at)?;

@@ -9,14 +9,15 @@ use crate::resolved::panel::{CONTRAST, Panel, SubPixel};
 use crate::schema::light::SpectrumRows;
 use crate::schema::panel;
 use crate::spectrum::lights::Lights;
+use metrics::digits::shortest;
 
 /// Colours of the sub-pixels.
 const COLOURS: usize = 3;
 
-/// Checks `raw` against the light of the sources.
+/// Checks `raw` against the light of the sources, and of the luminophores where a medium `converts`.
 pub(crate) fn resolve(
     raw: &panel::Panel,
-    lights: &Lights,
+    (lights, converts): (&Lights, bool),
     folder: &Path,
     at: &Context,
 ) -> Result<Panel, ConfigError> {
@@ -33,15 +34,20 @@ pub(crate) fn resolve(
         if !lights.lights.iter().any(|light| light.light.passes(&|nm| found.at(nm))) {
             let [from, to] = [0, found.wavelength_nm.len() - 1].map(|k| found.wavelength_nm[k]);
             let got = format!("rows from {from} to {to} nm");
+            let of = if converts { "sources and luminophores" } else { "sources" };
             let expected =
-                format!("a filter that passes visible light of the sources: {}", ranges(lights));
+                format!("a filter that passes visible light of the {of}: {}", ranges(lights));
             return Err(at.value(&format!("{table}.transmittance"), got, &expected));
         }
         Ok(found)
     });
     let sub_pixels: Vec<SubPixel> = sub_pixels.collect::<Result<_, _>>()?;
+    shares_of_a_pixel(&sub_pixels, raw, at)?;
     let is_stopped = |light: &&crate::spectrum::lights::Light| {
-        count > 0 && !sub_pixels.iter().any(|filter| light.light.passes(&|nm| filter.at(nm)))
+        // Light that is converted need not come as far as the panel.
+        count > 0
+            && !converts
+            && !sub_pixels.iter().any(|filter| light.light.passes(&|nm| filter.at(nm)))
     };
     if let Some(light) = lights.lights.iter().find(is_stopped) {
         let [low, high] = light.light.range_nm();
@@ -50,6 +56,29 @@ pub(crate) fn resolve(
         return Err(at.value("panel.sub_pixels", got, &expected));
     }
     Ok(Panel { contrast, sub_pixels })
+}
+
+/// Refuses sub-pixels that together pass more than meets a pixel.
+fn shares_of_a_pixel(
+    sub_pixels: &[SubPixel],
+    raw: &panel::Panel,
+    at: &Context,
+) -> Result<(), ConfigError> {
+    for (number, own) in sub_pixels.iter().enumerate() {
+        for nm in &own.wavelength_nm {
+            let shares = sub_pixels.iter().map(|sub_pixel| sub_pixel.at(*nm));
+            let sum: f64 = shares.sum();
+            if sum > 1.0 + 1e-9 {
+                let is_file = raw.sub_pixels[number].file.is_some();
+                let name = if is_file { "file" } else { "transmittance" };
+                let key = format!("panel.sub_pixels[{}].{name}", number + 1);
+                let got = format!("{} at {nm} nm, with the others {}", own.at(*nm), shortest(sum));
+                let expected = "shares of what meets the whole pixel, together at most 1";
+                return Err(at.value(&key, got, expected));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Names and wavelengths of all lights.

@@ -46,7 +46,17 @@ pub(crate) fn resolve(
             return Err(at.value("name", format!("{name:?}"), expected));
         }
         at.within("power", *power, 1e-12, 1e12)?;
-        source.shared.channel.iter().try_for_each(|channel| at.file_name("channel", channel))?;
+        if let Some(channel) = &source.shared.channel {
+            at.file_name("channel", channel)?;
+            let is_same = |other: &&CheckedSource| {
+                other.channel() != channel
+                    && other.channel().to_lowercase() == channel.to_lowercase()
+            };
+            if let Some(other) = checked.iter().find(is_same) {
+                let expected = format!("{:?} as before, or another name", other.channel());
+                return Err(at.value("channel", format!("{channel:?}"), &expected));
+            }
+        }
         let region = surroundings(source, domed, solids, at)?;
         let scope = Scope { at, weighting };
         let (emitters, symmetry) = emitters(source, led, region, folder, &scope)?;

@@ -11,7 +11,7 @@ use super::Design;
 use super::luminescence::{MediumLuminophore, StatedLuminophore};
 use super::medium::Medium;
 use crate::error::ConfigError;
-use crate::spectrum::lights::Lights;
+use crate::spectrum::lights::{Colour, Light, Lights};
 use crate::spectrum::{SpectralPower, Spectrum};
 use metrics::kinds::Weighting;
 
@@ -24,6 +24,18 @@ impl Design {
     /// Substances of all media, those of the silicone first.
     pub fn luminophores(&self) -> impl Iterator<Item = &MediumLuminophore> {
         self.media().flat_map(|medium| &medium.luminophores)
+    }
+
+    /// What each luminophore emits, as lights without power of their own.
+    pub(crate) fn converted_lights(&self) -> impl Iterator<Item = Light> {
+        let stated = self.media().flat_map(|medium| &medium.stated.luminophores);
+        stated.map(|luminophore| Light {
+            sources: vec![luminophore.name.clone()],
+            emitters: Vec::new(),
+            emitted_w: 0.0,
+            emitted_lm: 0.0,
+            light: Colour::Spectrum(luminophore.emission.clone()),
+        })
     }
 
     fn media(&self) -> impl Iterator<Item = &Medium> {

@@ -373,6 +373,18 @@ impl CheckedSolid {
         self.is_film().then_some((ends, [x, y]))
     }
 
+    /// How deep relief is cut into the upper and the lower face of a film, µm.
+    pub(crate) fn depths_of_faces_um(&self) -> [f64; 2] {
+        self.surface.faces.each_ref().map(|face| match face {
+            Some(SolidOptics::Grooved(face)) => {
+                let heights = face.line_um.iter().map(|[_, z]| *z);
+                -heights.fold(0.0, f64::min)
+            }
+            Some(SolidOptics::Relief(face)) if face.relief.is_pressed_in => face.relief.height,
+            _ => 0.0,
+        })
+    }
+
     /// True if what its surface sends back is depolarised, of a solid that light does not enter.
     pub fn is_diffuse(&self) -> bool {
         match &self.surface.optics {

@@ -289,7 +289,8 @@ pub struct Receiver {
     /// Side of a square bin, mm; 0.001 to a quarter of the (smaller) pitch, at most a million bins
     /// on the map.
     pub bin_mm: f64,
-    /// Standard deviation of the Gaussian that smooths the map, mm; 0 to a quarter of the pitch.
+    /// Standard deviation of the Gaussian that smooths the map, mm; 0 to a quarter of the pitch. It passes
+    /// no walls, and goes on in the next cell of one that repeats.
     pub smoothing_sigma_mm: f64,
     /// Bin in which peak and valley are read, mm: a multiple of `bin_mm`, at most a quarter of the
     /// pitch. Default: bins of `bin_mm`, the valley from a fit.

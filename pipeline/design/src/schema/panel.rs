@@ -23,7 +23,7 @@ pub struct SubPixel {
     /// Wavelengths, nm, ascending, 10 to 100 000, at least two.
     pub wavelength_nm: Option<Vec<f64>>,
     /// Share of the light that the open sub-pixel passes at each, of all that meets the pixel; 0 to
-    /// 1, straight lines between rows, nothing beyond.
+    /// 1, of all three together at most 1, straight lines between rows, nothing beyond the first and last.
     pub transmittance: Option<Vec<f64>>,
     /// File of these two columns instead.
     pub file: Option<String>,
