@@ -20,6 +20,7 @@ mod coatings;
 mod colours;
 mod converge_and_near_field;
 mod conversion;
+mod converted_zones;
 mod exit_codes;
 mod explore;
 mod export_import;

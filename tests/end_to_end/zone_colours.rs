@@ -14,7 +14,7 @@ use metrics::gamut::BT709;
 use metrics::transfer::Transfer;
 
 use crate::support::binary::batwing;
-use crate::support::runs::run_text;
+use crate::support::runs::{estimate, run_text};
 use crate::zones::boxed;
 
 /// Wavelengths and power of the dies, and transmittance of the sub-pixels at the same wavelengths.
@@ -50,7 +50,7 @@ pub fn coloured() -> String {
         + &filters
 }
 
-fn folder() -> TempDir {
+pub fn folder() -> TempDir {
     let folder = tempdir().expect("a folder");
     let write = |name: &str, text: &str| {
         std::fs::write(folder.path().join(name), text).expect("written");
@@ -63,7 +63,7 @@ fn folder() -> TempDir {
 }
 
 /// Runs `zones` in `folder` on kept responses; the results in `out`.
-fn zones(folder: &Path, line: &str, out: &str) -> Value {
+pub fn zones(folder: &Path, line: &str, out: &str) -> Value {
     let line = format!(
         "zones rgb.toml {line} --paths 20000 --receiver front --quiet --cache kept --out {out}"
     );
@@ -565,6 +565,9 @@ fn test_patterns_have_their_powers_and_contrasts() {
         let luminance = value(&patterns[name]["luminance"]);
         assert!(luminance > 0.2 * white && luminance < white, "{name}: {luminance} {white}");
     }
+    // A box without a panel's limits shows nearly the colour of white at all drives.
+    let (shift, error) = estimate(&patterns["grey_ramp"]);
+    assert!(error > 0.0 && shift < 0.02 + 3.0 * error, "{shift} {error}");
     let [poor, good] =
         [&poor, &good].map(|of| value(&of["colour"]["test_patterns"]["checkerboard"]));
     // Black lets through one hundredth of its own backlight, less than that of white zones.

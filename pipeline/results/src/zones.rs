@@ -299,7 +299,8 @@ pub struct ColourEntry {
     /// The same in W, where `led.electrical_w` states that of a package with all channels at
     /// full drive, shared among them by the light that they emit.
     pub power_w: Option<f64>,
-    /// With `--test-patterns`, a window of 10 % of the area, a single zone, a checkerboard of zones.
+    /// With `--test-patterns`, a window of 10 % of the area, a single zone, a checkerboard of zones, a grey
+    /// ramp.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub test_patterns: Option<TestPatterns>,
     /// Luminance that the picture asks for and the panel does not show, over all that it asks for;
@@ -317,7 +318,7 @@ pub struct ColourEntry {
     pub halo_uv: Option<FigureEntry>,
 }
 
-/// Pictures of white and black, whose zones are at 1 where they hold any white and at 0 elsewhere.
+/// Test patterns. Zones of white and black are at 1 where they hold any white and at 0 elsewhere.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize, JsonSchema)]
 pub struct TestPatterns {
     /// A white window of 10 % of the area, in the middle and of its shape.
@@ -326,6 +327,9 @@ pub struct TestPatterns {
     pub zone: LitPattern,
     /// Mean black over mean white of zones that are white and black by turns; null of a single zone.
     pub checkerboard: Option<FigureEntry>,
+    /// Largest Δu'v' from white of a grey ramp: up to 12 equal steps of columns of zones, driven by the
+    /// greys that they show, which rise to white; null of a single column of zones.
+    pub grey_ramp: Option<FigureEntry>,
 }
 
 /// White on black.
@@ -446,7 +450,7 @@ impl ColourEntry {
                 line(name.to_owned(), shown::text(entry, Unit::Relative));
             }
         }
-        if let Some(TestPatterns { window, zone, checkerboard }) = &self.test_patterns {
+        if let Some(TestPatterns { window, zone, checkerboard, grey_ramp }) = &self.test_patterns {
             for (name, lit) in [("window of 10 %", window), ("a single zone", zone)] {
                 let luminance = lit.luminance.as_ref();
                 let luminance =
@@ -458,6 +462,10 @@ impl ColourEntry {
             if let Some(contrast) = checkerboard {
                 let words = shown::text(contrast, Unit::Relative);
                 line("checkerboard, black over white".to_owned(), words);
+            }
+            if let Some(shift) = grey_ramp {
+                let words = shown::text(shift, Unit::Relative);
+                line("grey ramp, Δu'v' from white".to_owned(), words);
             }
         }
     }

@@ -6,10 +6,12 @@ use anyhow::Result;
 
 use arrays::cache::Cache;
 use design::Design;
+use design::resolved::panel::SubPixel;
 use runtime::run_context::RunContext;
 
 use super::model::Model;
 use super::observation::Observation;
+use super::scene::DomeSurface;
 use super::spectral::SpectralJob;
 use super::tables::HeldTables;
 use super::trace::{GROUPS, TraceJob};
@@ -63,14 +65,35 @@ impl<'a> ModelTraces<'a> {
         if let (DomeChoice::Model(model), Some(lights)) = (dome, design.all_lights()) {
             return SpectralJob { design, lights: &lights, model, cache, context }.observe();
         }
-        let tables = match dome {
-            DomeChoice::Model(Model::Hybrid) => {
-                Some(self.tables.of_design(design, cache, context)?)
-            }
-            _ => None,
-        };
-        let surface = &dome.surface(design, tables.as_ref())?;
-        let (paths, error_groups) = (design.trace.paths, self.error_groups);
-        TraceJob { design, surface, paths, what, error_groups, widened: false }.observe(context)
+        let surface = self.surface(design, dome, context)?;
+        let error_groups = self.error_groups;
+        TraceJob { error_groups, ..TraceJob::new(design, &surface, what) }.observe(context)
+    }
+
+    /// The same of a design in which a medium converts light: power, X, Y, Z and photons, then X, Y and
+    /// Z behind each of `filters`.
+    ///
+    /// # Errors
+    /// Those of [`Self::observe`].
+    pub fn observe_behind(
+        &mut self,
+        (design, filters): (&Design, &[SubPixel]),
+        dome: DomeChoice,
+        what: &str,
+        context: RunContext,
+    ) -> Result<Vec<Observation>> {
+        let surface = self.surface(design, dome, context)?;
+        TraceJob { filters, ..TraceJob::new(design, &surface, what) }.observe_channels(context)
+    }
+
+    fn surface(
+        &mut self,
+        design: &Design,
+        dome: DomeChoice,
+        context: RunContext,
+    ) -> Result<DomeSurface> {
+        let needs_tables = dome == DomeChoice::Model(Model::Hybrid);
+        let tables = needs_tables.then(|| self.tables.of_design(design, Some(self.cache), context));
+        dome.surface(design, tables.transpose()?.as_ref())
     }
 }

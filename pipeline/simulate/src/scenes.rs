@@ -10,6 +10,7 @@ use anyhow::{Result, ensure};
 use tracer::{Control, Error, Outcome, Receiver, Scene, Settings, WavelengthRun};
 
 use design::Design;
+use design::resolved::panel::SubPixel;
 use metrics::colour_matching;
 use metrics::plural::count;
 
@@ -37,18 +38,20 @@ pub(super) struct ConvertingScenes {
     wavelengths_nm: Vec<f64>,
     scenes: Vec<Scene>,
     emission: Vec<Vec<f64>>,
-    /// Power; X, Y and Z (CIE 1931) for a power of 1.
-    channels: [Vec<f64>; 5],
+    /// Weights by wavelength: power, X, Y and Z (CIE 1931) for a power of 1, photons, then X, Y and Z
+    /// behind each filter.
+    channels: Vec<Vec<f64>>,
 }
 
 impl Scenes {
-    /// Scenes of `design` with `surface` on its domes.
+    /// Scenes of `design` with `surface` on its domes; light that is converted is counted behind each of
+    /// `filters` too.
     ///
     /// # Errors
     /// A scene that cannot be built; more bins at all wavelengths than there is memory for.
-    pub fn new(design: &Design, surface: &DomeSurface) -> Result<Self> {
+    pub fn new(design: &Design, surface: &DomeSurface, filters: &[SubPixel]) -> Result<Self> {
         if design.converts() {
-            return ConvertingScenes::new(design, surface).map(Self::Converting);
+            return ConvertingScenes::new(design, surface, filters).map(Self::Converting);
         }
         Ok(Self::One(Box::new(scene::build(design, surface)?)))
     }
@@ -127,9 +130,9 @@ impl Scenes {
 }
 
 impl ConvertingScenes {
-    fn new(design: &Design, surface: &DomeSurface) -> Result<Self> {
+    fn new(design: &Design, surface: &DomeSurface, filters: &[SubPixel]) -> Result<Self> {
         let wavelengths_nm = design.traced_nm();
-        fits(design, wavelengths_nm.len())?;
+        converted_fits(design, filters.len())?;
         let scene_at = |node| scene::build(&design.converting_at(&wavelengths_nm, node)?, surface);
         let scenes: Vec<Scene> = (0..wavelengths_nm.len()).map(scene_at).collect::<Result<_>>()?;
         let of_package = design.emitted_at(&wavelengths_nm);
@@ -142,7 +145,14 @@ impl ConvertingScenes {
         let power = vec![1.0; scenes.len()];
         // Photons of a watt are as many as its waves are long.
         let photons = wavelengths_nm.clone();
-        let channels = [power, matching(0), matching(1), matching(2), photons];
+        let mut channels = vec![power, matching(0), matching(1), matching(2), photons];
+        for filter in filters {
+            let passed = |weight: &f64, nm: &f64| weight * filter.at(*nm);
+            channels.extend([0, 1, 2].map(|k| {
+                let weights = matching(k);
+                weights.iter().zip(&wavelengths_nm).map(|(w, nm)| passed(w, nm)).collect()
+            }));
+        }
         Ok(Self { wavelengths_nm, scenes, emission, channels })
     }
 
@@ -203,12 +213,16 @@ fn in_lumens(power: &Observation, luminous: Observation) -> Observation {
     }
 }
 
-/// Refuses more bins than there is memory for.
-fn fits(design: &Design, wavelengths: usize) -> Result<()> {
-    let bins = bins(design);
+/// Refuses more bins of light that is converted, behind so many filters too, than there is memory for.
+///
+/// # Errors
+/// These.
+pub fn converted_fits(design: &Design, filters: usize) -> Result<()> {
+    let (bins, wavelengths) = (bins(design), design.traced_nm().len());
     let on_threads = bins * wavelengths * rayon::current_num_threads();
-    // Five observations, and what is made of three of them.
-    let observed = 5 * bins * (GROUPS + 1) + ColourArrays::count(design, GROUPS);
+    // Five observations and three behind each filter, and what is made of three of them.
+    let channels = channels(design) + 3 * filters;
+    let observed = channels * bins * (GROUPS + 1) + ColourArrays::count(design, GROUPS);
     let bytes = 8.0 * (on_threads + observed) as f64;
     ensure!(
         bytes <= MAX_BYTES,

@@ -367,14 +367,7 @@ mod tests {
     }
 
     fn job<'a>(design: &'a Design, surface: &'a DomeSurface) -> TraceJob<'a> {
-        TraceJob {
-            design,
-            surface,
-            paths: design.trace.paths,
-            what: "",
-            error_groups: GROUPS,
-            widened: false,
-        }
+        TraceJob::new(design, surface, "")
     }
 
     #[test]

@@ -9,6 +9,7 @@ use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Settings, T
 
 use design::Design;
 use design::resolved::medium::Medium;
+use design::resolved::panel::SubPixel;
 use design::resolved::trace_key::ReliefModel;
 use metrics::digits::significant;
 use metrics::extraction::flow;
@@ -23,8 +24,8 @@ use super::film_planes::FilmPlanes;
 use super::film_table::{BUILT_IN, FilmTreatment, treatment};
 use super::observation::{Observation, plane_grid};
 use super::scene::{self, DomeSurface};
-pub use super::scenes::GROUPS;
 use super::scenes::{self, Scenes};
+pub use super::scenes::{GROUPS, converted_fits};
 
 /// Folder of the cache with the tables of films.
 const FILMS: &str = "films";
@@ -47,6 +48,16 @@ pub(super) struct TraceJob<'a> {
     pub error_groups: usize,
     /// True for cells of twice the width in the table of films.
     pub widened: bool,
+    /// Filters behind which X, Y and Z are counted too, where a medium converts light.
+    pub filters: &'a [SubPixel],
+}
+
+impl<'a> TraceJob<'a> {
+    /// A trace of the own number of paths of `design`.
+    pub fn new(design: &'a Design, surface: &'a DomeSurface, what: &'a str) -> Self {
+        let (paths, error_groups) = (design.trace.paths, GROUPS);
+        Self { design, surface, paths, what, error_groups, widened: false, filters: &[] }
+    }
 }
 
 /// Traces `paths` paths of `design` with `surface` on its domes; `what` is shown beside the
@@ -61,8 +72,7 @@ pub fn observe(
     what: &str,
     context: RunContext,
 ) -> Result<Observation> {
-    let job = TraceJob { design, surface, paths, what, error_groups: GROUPS, widened: false };
-    job.observe(context)
+    TraceJob { paths, ..TraceJob::new(design, surface, what) }.observe(context)
 }
 
 impl TraceJob<'_> {
@@ -148,7 +158,7 @@ impl TraceJob<'_> {
         run: impl FnOnce(&Scenes, &[&dyn Receiver], &Settings, Control<'_>) -> T,
     ) -> Result<(Scenes, FilmPlanes, T)> {
         let design = self.design;
-        let scenes = Scenes::new(design, self.surface)?;
+        let scenes = Scenes::new(design, self.surface, self.filters)?;
         context.interrupt.check()?;
         let planes = FilmPlanes::new(design, scenes.first())?;
         let groups = self.groups(context);
@@ -216,14 +226,19 @@ impl TraceJob<'_> {
             DomeSurface::Banded(..) | DomeSurface::ByWavelength(_, 0) => ("banded", None),
             DomeSurface::ByWavelength(..) => ("banded, second nearest wavelength", None),
         };
-        json!({
+        let mut fields = json!({
             "what": self.what,
             "design": self.design.trace_fields(ReliefModel::OrderTables),
             "surface": {"kind": kind, "open": open, "meridian": self.surface.meridian()},
             "paths": self.paths,
             "seed": seed,
             "widened": self.widened,
-        })
+        });
+        if !self.filters.is_empty() {
+            let rows = |of: &SubPixel| json!([of.wavelength_nm, of.transmittance]);
+            fields["filters"] = self.filters.iter().map(rows).collect();
+        }
+        fields
     }
 }
 

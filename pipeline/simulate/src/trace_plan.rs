@@ -81,14 +81,7 @@ impl TracePlan {
 
     /// The trace with `surface` on the dome.
     pub(super) fn job<'b>(&'b self, surface: &'b DomeSurface) -> TraceJob<'b> {
-        TraceJob {
-            design: &self.design,
-            surface,
-            paths: self.paths,
-            what: &self.what,
-            error_groups: GROUPS,
-            widened: false,
-        }
+        TraceJob { paths: self.paths, ..TraceJob::new(&self.design, surface, &self.what) }
     }
 
     /// Traces it.

@@ -29,7 +29,7 @@ pub struct ZonesArgs {
     pub pattern: Vec<String>,
     /// White of the panel at full drive, which the levels of three channels give with the most light:
     /// x and y, or a temperature of daylight, below 4000K of a radiator [default: all channels at 1]
-    #[arg(long, value_name = "X,Y|KELVIN", value_parser = white)]
+    #[arg(long, value_name = "X,Y|KELVIN", allow_hyphen_values = true, value_parser = white)]
     pub white: Option<[f64; 2]>,
     /// Drives from the picture in place of a pattern: max, mean, rms or percentile=P of what the
     /// pixels of a zone need
@@ -87,7 +87,8 @@ pub struct ZonesArgs {
     /// Its pigment: 0 black, 0.5 brown, 1.2 light blue
     #[arg(long, value_name = "P", requires = "distance", default_value_t = 0.5, value_parser = within(0.0..=1.2, "a number from 0 (black) to 1.2 (light blue)"))]
     pub pigment: f64,
-    /// Also show a white window of 10 % of the area, a single zone and a checkerboard of zones
+    /// Also show a white window of 10 % of the area, a single zone, a checkerboard of zones and a grey
+    /// ramp
     #[arg(long)]
     pub test_patterns: bool,
     /// How to compute the responses

@@ -99,6 +99,39 @@ pub struct Frame {
     pub painted: Option<Vec<u8>>,
 }
 
+/// Refuses options that the design of `zoned` has no use for.
+fn check_options(arguments: &ZonesArgs, zoned: &ZonedDesign) -> Result<()> {
+    let file = &zoned.design.provenance.file;
+    for (option, is_stated) in
+        [("--white", arguments.white.is_some()), ("--test-patterns", arguments.test_patterns)]
+    {
+        ensure!(
+            zoned.has_colours() || !is_stated,
+            "{option}: expected a design with several channels of [[sources]] or [panel] sub_pixels, got `{file}` without"
+        );
+    }
+    ensure!(
+        !(arguments.direct && zoned.has_colours()),
+        "--direct: expected none with channels or [panel] sub_pixels"
+    );
+    let panel = zoned.design.panel.as_ref();
+    let has_sub_pixels = panel.is_some_and(|panel| !panel.sub_pixels.is_empty());
+    for (option, is_stated) in
+        [("--transfer", arguments.transfer.is_some()), ("--gamut", arguments.gamut.is_some())]
+    {
+        ensure!(
+            has_sub_pixels || !is_stated,
+            "{option}: expected a design with [panel] sub_pixels, got `{file}` without; levels of its pictures are light"
+        );
+    }
+    ensure!(
+        arguments.distance.is_none() || zoned.receiver.is_luminance(),
+        "--distance: expected a luminance --receiver, whose light an eye sees, got {:?}",
+        zoned.receiver.name()
+    );
+    Ok(())
+}
+
 impl<'a> Pictures<'a> {
     /// Reads and checks them all.
     ///
@@ -114,33 +147,8 @@ impl<'a> Pictures<'a> {
         let drives = (!stated.is_empty()).then(|| drives(stated, &channels, zoned, texts));
         let drives = drives.transpose()?;
         let file = &design.provenance.file;
-        for (option, is_stated) in
-            [("--white", arguments.white.is_some()), ("--test-patterns", arguments.test_patterns)]
-        {
-            ensure!(
-                zoned.has_colours() || !is_stated,
-                "{option}: expected a design with several channels of [[sources]] or [panel] sub_pixels, got `{file}` without"
-            );
-        }
-        ensure!(
-            !(arguments.direct && zoned.has_colours()),
-            "--direct: expected none with channels or [panel] sub_pixels"
-        );
+        check_options(arguments, zoned)?;
         let panel = design.panel.as_ref();
-        let has_sub_pixels = panel.is_some_and(|panel| !panel.sub_pixels.is_empty());
-        for (option, is_stated) in
-            [("--transfer", arguments.transfer.is_some()), ("--gamut", arguments.gamut.is_some())]
-        {
-            ensure!(
-                has_sub_pixels || !is_stated,
-                "{option}: expected a design with [panel] sub_pixels, got `{file}` without; levels of its pictures are light"
-            );
-        }
-        ensure!(
-            arguments.distance.is_none() || zoned.receiver.is_luminance(),
-            "--distance: expected a luminance --receiver, whose light an eye sees, got {:?}",
-            zoned.receiver.name()
-        );
         let files = arguments.picture.as_deref().map(pictures).transpose()?.unwrap_or_default();
         let has_picture = !files.is_empty() || drives.as_ref().is_some_and(|d| d.grey.is_some());
         ensure!(has_picture, "--picture: expected one beside a pattern for each channel, got none");
@@ -158,10 +166,13 @@ impl<'a> Pictures<'a> {
         };
         command.inputs.extend(command.drives.iter().flat_map(|drives| drives.inputs.clone()));
         if zoned.has_colours() {
-            // Before anything is traced: channels keep their colours on their way, but for dispersion.
             let channels = Channels { names: &channels, white: arguments.white };
-            let emitted = zoned.emitted_drive(command.contrast, channels);
-            command.emitted = Some(emitted.with_context(|| file.clone())?);
+            channels.check().with_context(|| file.clone())?;
+            // Before anything is traced: channels keep their colours on their way, but for dispersion and
+            // where light is converted.
+            let emitted =
+                (!design.converts()).then(|| zoned.emitted_drive(command.contrast, channels));
+            command.emitted = emitted.transpose().with_context(|| file.clone())?;
         }
         let grey = command.drives.as_ref().and_then(|drives| drives.grey.as_ref());
         if let Some(grey) = grey.filter(|_| command.files.is_empty() && command.has_sub_pixels()) {
@@ -359,7 +370,7 @@ impl<'a> Pictures<'a> {
         Some(package_w * self.zoned.places.count() as f64 * share * white / all)
     }
 
-    /// A window, a single zone and a checkerboard of zones on the panel.
+    /// A window, a single zone, a checkerboard of zones and a grey ramp on the panel.
     ///
     /// # Errors
     /// A cache that cannot be written.
@@ -416,6 +427,7 @@ impl<'a> Pictures<'a> {
             checkerboard: shown(&board, &board)?
                 .halo
                 .map(|[.., ratio]| FigureEntry::bounded(ratio)),
+            grey_ramp: array.grey_ramp(full).map(FigureEntry::bounded),
         })
     }
 

@@ -4,9 +4,12 @@
 //! All channels shine at 1, or at the levels that give a stated white with the most light; the
 //! largest of these is 1. White is that of the mean over the panel.
 //!
-//! In a traced array that stands for a larger one a share ε_c of the light of channel c falls elsewhere,
-//! as a mean over the panel. A figure of white then is off by no more than the sum of what (1 + ε_c) of
-//! each channel alone makes of it, to first order.
+//! In a traced array that stands for a larger one a share ε of the light of a channel falls elsewhere, as a
+//! mean over the panel. A figure of white then is off by no more than the sum of what (1 + ε) of each
+//! channel alone makes of it, to first order. Light that is converted changes its colour on its way: X, Y
+//! and Z of a channel have an ε each, and move one by one.
+
+mod grey_ramp;
 
 use anyhow::{Result, ensure};
 use serde_json::json;
@@ -50,10 +53,9 @@ pub struct FullDrive {
     pub channel_levels: Vec<f64>,
     closed: Closed,
     factor: f64,
-    /// Light of each channel beyond the traced array.
+    /// Light of each lot beyond the traced array.
     pub(super) beyond: Vec<Option<Beyond>>,
-    /// Share of the light of each channel, as a mean over the panel, that each cell may lack or have too
-    /// much.
+    /// Share of the light of each lot, as a mean over the panel, that each cell may lack or have too much.
     off_by_cell: Vec<Vec<f64>>,
 }
 
@@ -64,6 +66,22 @@ pub struct Channels<'a> {
     pub names: &'a [&'a str],
     /// x and y of the white that they give; all at 1 without.
     pub white: Option<[f64; 2]>,
+}
+
+impl Channels<'_> {
+    /// Refuses a white of other than three channels.
+    ///
+    /// # Errors
+    /// This.
+    pub fn check(&self) -> Result<()> {
+        ensure!(
+            self.white.is_none() || self.names.len() == 3,
+            "--white: expected a design with three channels, got {}: {}",
+            self.names.len(),
+            self.names.join(", ")
+        );
+        Ok(())
+    }
 }
 
 impl ZonedDesign<'_> {
@@ -77,10 +95,10 @@ impl ZonedDesign<'_> {
             cells: Vec::new(),
             means: vec![vec![1.0; 3]; parts.len()],
             channel_levels: vec![1.0; channels.names.len()],
+            beyond: vec![None; lots(&parts)],
             parts,
             closed: closed(self.design.panel.as_ref(), contrast),
             factor: 1.0,
-            beyond: vec![None; channels.names.len()],
             off_by_cell: Vec::new(),
         };
         drive.of_white(channels)
@@ -90,6 +108,11 @@ impl ZonedDesign<'_> {
 /// Δu'v' of two colours by their x, y, u' and v'.
 fn between(a: [f64; 4], b: [f64; 4]) -> f64 {
     (a[2] - b[2]).hypot(a[3] - b[3])
+}
+
+/// Number of lots of light.
+fn lots(parts: &[ChannelLight]) -> usize {
+    parts.iter().map(|part| part.lot + 1).max().unwrap_or(0)
 }
 
 fn closed(panel: Option<&Panel>, contrast: f64) -> Closed {
@@ -110,14 +133,14 @@ impl Array<'_> {
     ) -> Result<FullDrive> {
         let of = json!({"means of": self.parts.len(), "cells of panel": MAX_CELLS});
         let count = channels.names.len();
-        let luminous: Vec<f64> = self.parts.iter().map(|part| part.xyz[1]).collect();
-        let of_channels = json!({"beyond of": count, "luminous": luminous});
-        let beyond: Vec<Option<Beyond>> = self.kept(&of_channels, cache, context, || {
-            (0..count).map(|channel| self.beyond(Some(channel))).collect()
+        let weights: Vec<f64> = self.parts.iter().map(ChannelLight::weight).collect();
+        let of_lots = json!({"beyond of": lots(&self.parts), "luminous": weights});
+        let beyond: Vec<Option<Beyond>> = self.kept(&of_lots, cache, context, || {
+            (0..lots(&self.parts)).map(|lot| self.beyond(Some(lot))).collect()
         })?;
         let bins = self.frame.bins.map(|bins| bins.min(MAX_CELLS));
         let cells: Vec<Vec<Vec<f64>>> =
-            self.kept(&of, cache, context, || self.means_of_parts(bins))?;
+            self.kept(&of, cache, context, || self.means_of_parts(bins, &self.full_drive()))?;
         // Cells are equal.
         let mut means = vec![vec![0.0; cells[0][0].len()]; self.parts.len()];
         for cell in &cells {
@@ -149,6 +172,7 @@ impl Array<'_> {
 impl FullDrive {
     /// The same at the levels of these channels.
     fn of_white(self, Channels { names, white }: Channels) -> Result<Self> {
+        Channels { names, white }.check()?;
         let Some(white) = white else { return Ok(self) };
         let channel_levels = self.levels_of(white, names)?;
         let mut parts = self.parts;
@@ -162,15 +186,9 @@ impl FullDrive {
     /// The levels of channels, named so, that give `white` (x, y) with the most light.
     ///
     /// # Errors
-    /// Other than three channels, channels of colours on one line, a white outside their gamut.
+    /// Channels of colours on one line, a white outside their gamut.
     fn levels_of(&self, white: [f64; 2], names: &[&str]) -> Result<Vec<f64>> {
         let [x, y] = white;
-        ensure!(
-            names.len() == 3,
-            "--white: expected a design with three channels, got {}: {}",
-            names.len(),
-            names.join(", ")
-        );
         self.check_visible("--white", names)?;
         let columns = [0, 1, 2].map(|channel| self.channel(channel, self.last()));
         let rows: Matrix = [0, 1, 2].map(|k| columns.map(|column| column[k]));
@@ -234,8 +252,18 @@ impl FullDrive {
         0..self.means[0].len()
     }
 
-    fn channels(&self) -> std::ops::Range<usize> {
-        0..self.channel_levels.len()
+    fn lots(&self) -> usize {
+        self.beyond.len()
+    }
+
+    /// The channel of a lot.
+    pub(super) fn channel_of(&self, lot: usize) -> usize {
+        self.parts.iter().find(|part| part.lot == lot).map_or(0, |part| part.channel)
+    }
+
+    /// X, Y and Z of one lot, as a mean over the panel.
+    fn of_lot(&self, lot: usize) -> [f64; 3] {
+        self.open(&self.means, self.last(), |part| part.lot == lot)
     }
 
     /// X, Y and Z of light of 1 of a part on the open panel, or in the open without sub-pixels.
@@ -277,26 +305,24 @@ impl FullDrive {
         self.white().last().and_then(|white| chromaticity::xy(*white)).unwrap_or_default()
     }
 
-    /// Means of the parts of the light over the panel, with more of one channel.
+    /// Means of the parts of the light over the panel, with more of one lot.
     fn light(&self, reading: usize, more_of: Option<usize>) -> Vec<f64> {
         let of = |(part, means): (&ChannelLight, &Vec<f64>)| match more_of {
-            Some(channel) if channel == part.channel => {
-                (1.0 + self.bound_of_mean(channel)) * means[reading]
-            }
+            Some(lot) if lot == part.lot => (1.0 + self.bound_of_mean(lot)) * means[reading],
             _ => means[reading],
         };
         self.parts.iter().zip(&self.means).map(of).collect()
     }
 
-    /// Share of the light of a channel that the mean over the panel may lack or have too much at full drive.
-    fn bound_of_mean(&self, channel: usize) -> f64 {
-        self.beyond[channel].as_ref().map_or(0.0, Beyond::bound_of_mean)
+    /// Share of the light of a lot that the mean over the panel may lack or have too much at full drive.
+    fn bound_of_mean(&self, lot: usize) -> f64 {
+        self.beyond[lot].as_ref().map_or(0.0, Beyond::bound_of_mean)
     }
 
-    /// Light that places may lack or have too much where it is this share of each channel's.
+    /// Light that places may lack or have too much where it is this share of each lot's.
     pub(super) fn beyond_light(&self, shares: &[LightOff]) -> BeyondLight {
         let of = |(part, means): (&ChannelLight, &Vec<f64>)| {
-            shares[part.channel].clone().times(means[self.last()])
+            shares[part.lot].clone().times(means[self.last()])
         };
         let white = self.open(&self.means, self.last(), |_| true)[1];
         BeyondLight {
@@ -305,27 +331,35 @@ impl FullDrive {
         }
     }
 
-    /// How far light from beyond may move a figure of white: the sum of what it does in each channel.
+    /// How far light from beyond may move a figure of white: the sum of what it does in each lot.
     fn moved(&self, figure: impl Fn([f64; 3]) -> f64) -> f64 {
-        let white = self.open(&self.means, self.last(), |_| true);
-        let of_channel = |channel: usize| {
-            let mut more = white;
-            add(&mut more, self.channel(channel, self.last()), self.bound_of_mean(channel));
-            (figure(more) - figure(white)).abs()
+        self.moved_from(self.open(&self.means, self.last(), |_| true), 0..self.lots(), figure)
+    }
+
+    /// The same of `light` that these lots are part of.
+    fn moved_from(
+        &self,
+        light: [f64; 3],
+        lots: impl Iterator<Item = usize>,
+        figure: impl Fn([f64; 3]) -> f64,
+    ) -> f64 {
+        let of_lot = |lot: usize| {
+            let mut more = light;
+            add(&mut more, self.of_lot(lot), self.bound_of_mean(lot));
+            (figure(more) - figure(light)).abs()
         };
-        self.channels().map(of_channel).sum()
+        lots.map(of_lot).sum()
     }
 
     /// How far light that a cell may lack or have too much may move its white, Δu'v'.
     fn moved_in(&self, cell: usize) -> f64 {
         let white = self.open(&self.cells[cell], self.last(), |_| true);
-        let of_channel = |channel: usize| {
+        let of_lot = |lot: usize| {
             let mut more = white;
-            let off = self.off_by_cell[channel][cell];
-            add(&mut more, self.channel(channel, self.last()), off);
+            add(&mut more, self.of_lot(lot), self.off_by_cell[lot][cell]);
             between(coordinates(more), coordinates(white))
         };
-        self.channels().map(of_channel).sum()
+        (0..self.lots()).map(of_lot).sum()
     }
 
     /// The panel before parts of the light; `None` without sub-pixels.
@@ -397,8 +431,19 @@ impl FullDrive {
         let readings: Vec<_> =
             self.readings().map(|reading| self.channel(channel, reading)).collect();
         let found = ColourEstimate::new(&readings, self.factor);
-        let of_luminance = self.bound_of_mean(channel) * found.luminance.value;
-        found.biased([0.0; 4], [0.0; 2], of_luminance)
+        let lots: Vec<usize> =
+            (0..self.lots()).filter(|lot| self.channel_of(*lot) == channel).collect();
+        let light = self.channel(channel, self.last());
+        let moved =
+            |figure: &dyn Fn([f64; 3]) -> f64| self.moved_from(light, lots.iter().copied(), figure);
+        let of_luminance = self.factor * moved(&|xyz| xyz[1]);
+        // Light of one lot keeps its colour.
+        if lots.len() < 2 {
+            return found.biased([0.0; 4], [0.0; 2], of_luminance);
+        }
+        let of_place = [0, 1, 2, 3].map(|k| moved(&|xyz| coordinates(xyz)[k]));
+        let of_temperature = [2, 3].map(|k| moved(&|xyz| chromaticity::figures(xyz)[k]));
+        found.biased(of_place, of_temperature, of_luminance)
     }
 
     /// The largest Δu'v' of white between any two cells of a twelfth of the panel's sides, or of bins
@@ -428,8 +473,8 @@ impl FullDrive {
         let points = self.readings().map(|reading| vec![dark(reading, None), [0.0; 3]]).collect();
         let found = colour_difference::from_last(&grouped(points), IN_ITP)?;
         let black = dark(self.last(), None);
-        let more = |channel| itp::difference(dark(self.last(), Some(channel)), black);
-        Some(biased(found, self.channels().map(more).sum()))
+        let more = |lot| itp::difference(dark(self.last(), Some(lot)), black);
+        Some(biased(found, (0..self.lots()).map(more).sum()))
     }
 
     /// Gamut of the primaries as displayed at full drive, against each standard.
@@ -442,8 +487,8 @@ impl FullDrive {
         let all: Vec<_> =
             self.readings().map(|reading| primaries(reading, None).unwrap_or(dark)).collect();
         let whole = all[all.len() - 1];
-        let more = |channel| primaries(self.last(), Some(channel)).unwrap_or(whole);
-        let moved: Vec<_> = self.channels().map(more).collect();
+        let more = |lot| primaries(self.last(), Some(lot)).unwrap_or(whole);
+        let moved: Vec<_> = (0..self.lots()).map(more).collect();
         let of_standard = |standard: &Primaries| {
             let read = |plane: usize, of: fn(&gamut::Shares) -> f64| {
                 let read = |xy: &[[f64; 2]; 3]| of(&gamut::shares(*xy, standard)[plane]);
@@ -487,7 +532,7 @@ mod tests {
             let xyz = metrics::colour_matching::xyz(nm[channel]);
             let dark = xyz.map(|value| 0.01 * value);
             let behind = [0, 1, 2].map(|s| if s == channel { xyz } else { dark }).to_vec();
-            ChannelLight { channel, xyz, behind }
+            ChannelLight { channel, lot: channel, xyz, behind }
         };
         let means = vec![vec![1.0; 17]; 3];
         FullDrive {
@@ -554,6 +599,33 @@ mod tests {
         let black = exact.black_itp().expect("sub-pixels");
         let leak = exact.white()[2].map(|value| 2e-3 * value);
         assert!((black.value - itp::difference(leak, [0.0; 3])).abs() < 1e-9 * black.value);
+    }
+
+    /// Cells of a ramp that have more of one channel than of the others: without sub-pixels they show it,
+    /// with them all that is beyond the grey, and a dark channel leaves grey.
+    #[test]
+    fn a_ramp_is_as_far_from_white_as_its_light() {
+        let shares = [0.5, 1.0];
+        let cells = |blue: f64| {
+            vec![vec![vec![0.5; 17], vec![0.5; 17], vec![blue; 17]], vec![vec![1.0; 17]; 3]]
+        };
+        let mut open = full([0.0; 3]);
+        open.closed = None;
+        let of = |blue: f64| open.of_ramp(&cells(blue), &shares).expect("lit").value;
+        let white = open.white()[2];
+        let light = |blue: f64| {
+            let mut sum = white.map(|value| 0.5 * value);
+            add(&mut sum, open.parts[2].xyz, blue - 0.5);
+            between(coordinates(sum), coordinates(white))
+        };
+        assert!(light(0.75) > 0.01 && (of(0.75) - light(0.75)).abs() < 1e-12, "{}", of(0.75));
+        assert!(of(0.5) < 1e-12, "{}", of(0.5));
+        // Sub-pixels close before too much blue, of which the others pass a hundredth, and cannot show what lacks.
+        let panel = full([0.0; 3]);
+        let of = |blue: f64| panel.of_ramp(&cells(blue), &shares).expect("lit").value;
+        assert!(of(0.75) < 1e-3 && of(0.5) < 1e-6 && of(0.25) > 0.01, "{} {}", of(0.75), of(0.25));
+        let bounded = full([0.0, 0.0, 0.1]).of_ramp(&cells(0.25), &shares).expect("lit");
+        assert!(bounded.bias_bound.is_some_and(|bound| bound > 0.0), "{bounded:?}");
     }
 
     /// Primaries of a standard, each shown by one channel through one sub-pixel, cover it whole.

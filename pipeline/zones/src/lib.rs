@@ -226,7 +226,9 @@ impl<'a> ZonedDesign<'a> {
         let has_tolerance = lights
             .iter()
             .any(|light| matches!(light.light.sampling(), Some(Sampling::Tolerance(_))));
-        has_tolerance && self.parts.as_ref().is_some_and(|parts| parts.len() > lights.len())
+        has_tolerance
+            && !self.design.converts()
+            && self.parts.as_ref().is_some_and(|parts| parts.len() > lights.len())
     }
 
     /// True where channels or the panel have colours.
@@ -301,10 +303,11 @@ impl<'a> ZonedDesign<'a> {
         // The bound of the bias at full drive, and in the pattern.
         let beyond = reference.beyond.as_ref().map_or(0.0, reference::Beyond::bound_of_mean);
         let light_beyond = if let Some(full) = pattern.full {
-            let channels = full.beyond.iter().zip(pattern.drives);
-            let share =
-                |(of, drives): (&Option<_>, &Vec<f64>)| array.light_off(of.as_ref(), drives);
-            full.beyond_light(&channels.map(share).collect::<Vec<LightOff>>())
+            let share = |(lot, of): (usize, &Option<_>)| {
+                array.light_off(of.as_ref(), &pattern.drives[full.channel_of(lot)])
+            };
+            let lots = full.beyond.iter().enumerate();
+            full.beyond_light(&lots.map(share).collect::<Vec<LightOff>>())
         } else {
             let share = array.light_off(reference.beyond.as_ref(), &pattern.drives[0]);
             let parts = vec![share.times(reference.white[groups])];

@@ -271,39 +271,37 @@ impl<'a> PanelBeforeZones<'a> {
         [bin % self.frame.bins[0], bin / self.frame.bins[0]]
     }
 
-    /// `light` by parts in a bin with so many times the light that may come from beyond, of one channel or
-    /// all.
+    /// `light` by parts in a bin with so many times the light that may come from beyond, of one lot or all.
     fn with_beyond(
         &self,
         (bin, light): (usize, &[f64]),
         times: f64,
-        channel: Option<usize>,
+        lot: Option<usize>,
     ) -> Vec<f64> {
         let place = self.place(bin);
         let more = |((light, part), beyond): ((&f64, &ChannelLight), &LightOff)| {
-            let is_changed = channel.is_none_or(|channel| channel == part.channel);
+            let is_changed = lot.is_none_or(|lot| lot == part.lot);
             if is_changed { (light + times * beyond.at(place)).max(0.0) } else { *light }
         };
         light.iter().zip(self.light).zip(&self.beyond.parts).map(more).collect()
     }
 
-    fn channels(&self) -> usize {
-        self.light.iter().map(|part| part.channel + 1).max().unwrap_or(0)
+    fn lots(&self) -> usize {
+        self.light.iter().map(|part| part.lot + 1).max().unwrap_or(0)
     }
 
     /// Number of [`Self::at_ends`].
     fn ends(&self) -> usize {
-        let channels = self.channels();
-        2 * if channels > 1 { 1 + channels } else { 1 }
+        let lots = self.lots();
+        2 * if lots > 1 { 1 + lots } else { 1 }
     }
 
-    /// `light` in a bin with more and with less from beyond, of all channels together and, where there
-    /// are several, of each ([`worst`]).
+    /// `light` in a bin with more and with less from beyond, of all lots together and, where there are
+    /// several, of each ([`worst`]).
     fn at_ends<'l>(&'l self, bin: usize, light: &'l [f64]) -> impl Iterator<Item = Vec<f64>> + 'l {
-        let channels = std::iter::once(None).chain((0..self.channels()).map(Some));
-        let both =
-            move |channel| [1.0, -1.0].map(|times| self.with_beyond((bin, light), times, channel));
-        channels.flat_map(both).take(self.ends())
+        let lots = std::iter::once(None).chain((0..self.lots()).map(Some));
+        let both = move |lot| [1.0, -1.0].map(|times| self.with_beyond((bin, light), times, lot));
+        lots.flat_map(both).take(self.ends())
     }
 
     /// What a bin shows before `light`.
@@ -313,27 +311,27 @@ impl<'a> PanelBeforeZones<'a> {
         [y, account.missing, account.leaking]
     }
 
-    /// Bounds of the bias in what a bin shows before `light`, whose channels have these standard
-    /// `errors` of their luminance.
+    /// Bounds of the bias in what a bin shows before `light`, whose lots have these standard `errors` of
+    /// their weights.
     ///
-    /// Noise of a channel: half the second difference over two standard errors s. Where the slope
+    /// Noise of a lot: half the second difference over two standard errors s. Where the slope
     /// changes by 1 at the distance d s it is s (2 - d) / 2, never less but for 0.01 s than the bias
     /// s (φ(d) - d Φ(-d)) of normal noise, also in the mean over the d that noise gives. Light from
     /// beyond: the largest difference that it makes ([`worst`]), beside its share of white.
     fn biases(&self, at: (usize, usize), light: &[f64], errors: &[f64], white: f64) -> Outcome {
         let middle = self.outcome(at, light, white);
         let mut bounds = [0.0; 3];
-        for (channel, error) in errors.iter().enumerate() {
-            let of_channel = |part: &ChannelLight| part.channel == channel;
-            let pairs = self.light.iter().zip(light).filter(|(part, _)| of_channel(part));
-            let luminance: f64 = pairs.map(|(part, light)| part.xyz[1] * light).sum();
-            if luminance <= 0.0 || *error <= 0.0 {
+        for (lot, error) in errors.iter().enumerate() {
+            let of_lot = |part: &ChannelLight| part.lot == lot;
+            let pairs = self.light.iter().zip(light).filter(|(part, _)| of_lot(part));
+            let sum: f64 = pairs.map(|(part, light)| part.weight() * light).sum();
+            if sum <= 0.0 || *error <= 0.0 {
                 continue;
             }
-            let step = (2.0 * error / luminance).min(1.0);
+            let step = (2.0 * error / sum).min(1.0);
             let ends = [1.0 - step, 1.0 + step].map(|factor| {
                 let scaled = self.light.iter().zip(light);
-                let scaled = scaled.map(|(part, l)| if of_channel(part) { factor * l } else { *l });
+                let scaled = scaled.map(|(part, l)| if of_lot(part) { factor * l } else { *l });
                 self.outcome(at, &scaled.collect::<Vec<f64>>(), white)
             });
             (0..3).for_each(|k| {
@@ -546,11 +544,11 @@ impl<'a> PanelBeforeZones<'a> {
         ShownRow { values, errors, bias, zones: sums.zones, halo: sums.halo, one_path, colours }
     }
 
-    /// Adds the squares of the differences of two lights in each channel.
+    /// Adds the squares of the differences of two lights in each lot.
     fn add_squares(&self, squares: &mut [f64], (one, all): (&[f64], &[f64])) {
         let mut differences = vec![0.0; squares.len()];
         for (part, (one, all)) in self.light.iter().zip(one.iter().zip(all)) {
-            differences[part.channel] += part.xyz[1] * (one - all);
+            differences[part.lot] += part.weight() * (one - all);
         }
         squares.iter_mut().zip(differences).for_each(|(sum, off)| *sum += off * off);
     }
@@ -589,7 +587,7 @@ struct RowSums {
     halo: [Vec<[f64; 3]>; 2],
     dark: Vec<(Vec<[f64; 3]>, f64)>,
     accounts: Vec<Account>,
-    /// In each bin, squares of the differences of each channel from all groups.
+    /// In each bin, squares of the differences of each lot from all groups.
     squares: Vec<Vec<f64>>,
     /// In each bin, sums of differences of backlight and of what is shown, and of their squares.
     moments: [Vec<[f64; 2]>; 2],
@@ -603,7 +601,7 @@ impl RowSums {
             halo: [0, 1].map(|_| vec![[0.0; 3]; groups + 1]),
             dark: vec![(vec![[0.0; 3]; groups + 1 + panel.ends()], 0.0); zones],
             accounts: vec![Account::default(); groups + 1],
-            squares: vec![vec![0.0; panel.channels()]; bins],
+            squares: vec![vec![0.0; panel.lots()]; bins],
             moments: [0, 1].map(|_| vec![[0.0; 2]; bins]),
         }
     }
@@ -670,6 +668,7 @@ mod tests {
         let behind = [0, 1, 2].map(|s| [0, 1, 2].map(|k| 0.07 * columns[k][s])).to_vec();
         let parts = [ChannelLight {
             channel: 0,
+            lot: 0,
             xyz: chromaticity::xyz_of_xy(D65),
             behind: behind.clone(),
         }];

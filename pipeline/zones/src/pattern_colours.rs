@@ -11,8 +11,8 @@ use super::panel_colour::{Account, LitPixel};
 /// Sums over the black bins of a zone, and their number.
 #[derive(Debug, Clone)]
 pub(super) struct DarkSum {
-    /// By readings, then with more and with less light from beyond the traced array: of all channels
-    /// together, and where there are several of each.
+    /// By readings, then with more and with less light from beyond the traced array: of all lots together,
+    /// and where there are several of each.
     sums: Vec<[f64; 3]>,
     bins: f64,
 }

@@ -60,10 +60,6 @@ impl Places {
             "array.positions_file: expected positions without powers for zones, whose levels say what each package emits"
         );
         ensure!(
-            whole.is_none() || design.prints.is_empty(),
-            "--packages: expected none with [[prints]]: a pattern of the design does not repeat from package to package"
-        );
-        ensure!(
             whole.is_none()
                 || !(design.array.is_turned()
                     || design.array.is_scaled()
@@ -81,6 +77,12 @@ impl Places {
         let (first_mm, stated) = ([left, low], design.array.pitch_mm.along());
         let even = [across, along];
         let pitch_mm = [0, 1].map(|k| if even[k] > 0.0 { even[k] } else { stated[k] });
+        if let (Some(_), Some(print)) = (whole, design.print_of_one_place(pitch_mm)) {
+            anyhow::bail!(
+                "--packages: expected [[prints]] that repeat from package to package, dots whose pitch divides that of the packages, got {}",
+                print.name()
+            );
+        }
         let place = |axis: &[f64; 2]| {
             [0, 1].map(|k| ((axis[k] - first_mm[k]) / pitch_mm[k]).round() as usize)
         };

@@ -13,6 +13,7 @@ use metrics::{Estimate, Grouped, JackknifedFigure};
 use super::Array;
 use super::cells::{Cells, inside};
 use super::estimates::{biased, figure, readings};
+use super::responses::ChannelLight;
 use super::superposition::{Block, Piece, RowOfGroups, rows, rows_of_parts};
 use super::walls::AtWalls;
 
@@ -216,9 +217,13 @@ impl Array<'_> {
         (white, self.uniformity(&Grouped::new(maps), bins, middle), groups / together)
     }
 
-    /// Readings of the mean at full drive over each of `count` cells of the panel, in each part of the
-    /// light.
-    pub(super) fn means_of_parts(&self, count: [usize; 2]) -> Vec<Vec<Vec<f64>>> {
+    /// Readings of the mean at these drives of each channel over each of `count` cells of the panel, in
+    /// each part of the light.
+    pub(super) fn means_of_parts(
+        &self,
+        count: [usize; 2],
+        drives: &[Vec<f64>],
+    ) -> Vec<Vec<Vec<f64>>> {
         let cells = [0, 1].map(|axis| Cells { count: count[axis], ..self.zone_cells(axis) });
         let parts = [0, 1].map(|axis| cells[axis].parts(&self.frame, axis));
         let groups = self.responses.groups;
@@ -235,9 +240,8 @@ impl Array<'_> {
             };
             rows.iter().map(|row| (0..groups).map(|group| sums(row, group)).collect()).collect()
         };
-        let full = self.full_drive();
         let found =
-            self.with_pieces(&full, |parts| rows_of_parts(self.frame.bins, groups, parts, read));
+            self.with_pieces(drives, |parts| rows_of_parts(self.frame.bins, groups, parts, read));
         let bins = |k: usize| cells[k].length_mm / (count[k] as f64 * self.frame.bin_mm[k]);
         let area = bins(0) * bins(1);
         let mut means = vec![vec![vec![0.0; groups]; self.parts.len()]; count[0] * count[1]];
@@ -329,18 +333,18 @@ impl Array<'_> {
         Spread { zone, centre_mm, distance_mm, rings, radii_mm }
     }
 
-    /// Light of an inner package, of one channel or all, beyond the traced array.
-    pub(super) fn beyond(&self, channel: Option<usize>) -> Option<Beyond> {
+    /// Light of an inner package, of one lot or all, beyond the traced array.
+    pub(super) fn beyond(&self, lot: Option<usize>) -> Option<Beyond> {
         let extended: Vec<usize> = (0..2).filter(|k| self.places.is_extended(*k)).collect();
         let reach = extended.iter().map(|k| self.places.reach(*k)).min()?;
         let inner = [0, 1].map(|k| self.places.stand_in(k, self.places.whole[k] / 2));
-        let is_counted =
-            |part: usize| channel.is_none_or(|channel| self.parts[part].channel == channel);
-        let of_part = |part| {
-            let counted = is_counted(part).then(|| self.responses.at(inner, part));
-            counted.into_iter().collect()
+        let counted =
+            self.parts.iter().enumerate().filter(|(_, part)| lot.is_none_or(|lot| lot == part.lot));
+        let piece = |(number, part): (usize, &ChannelLight)| {
+            let weight = if lot.is_some() { part.weight() } else { part.xyz[1] };
+            Piece { weight, ..self.responses.at(inner, number) }
         };
-        let pieces = self.luminous((0..self.parts.len()).map(of_part));
+        let pieces: Vec<Piece> = counted.map(piece).collect();
         let (block, at) = sum_of(&pieces, self.responses.groups);
         let traced = self.receiver.frame;
         // Shells of whole packages, along the axes on which the array is larger.
@@ -399,7 +403,7 @@ impl Array<'_> {
             falls,
         };
         for axis in 0..2 {
-            let Some(AtWalls { error, share, by_cell }) = self.error_at_walls(axis, channel) else {
+            let Some(AtWalls { error, share, by_cell }) = self.error_at_walls(axis, lot) else {
                 continue;
             };
             // A corner has the errors of both.

@@ -2,15 +2,18 @@
 //! Responses: the map of one package alone, lit among all its neighbours, for one place of each kind.
 //!
 //! A design whose channels or panel have colours has one for each wavelength of each channel, from
-//! one trace, in the groups of colours ([`GROUPS_TOGETHER`]).
+//! one trace, in the groups of colours ([`GROUPS_TOGETHER`]). Where a medium converts light it has, from
+//! one trace of each channel, one for X, one for Y, one for Z, and three more behind each sub-pixel.
 
 use anyhow::{Result, ensure};
 use serde_json::json;
 
 use arrays::cache::Cache;
 use design::Design;
+use design::resolved::panel::SubPixel;
 use design::resolved::trace_key::ReliefModel;
 use metrics::Grouped;
+use metrics::colour_matching;
 use metrics::illuminance::Symmetry;
 use runtime::key::Key;
 use runtime::run_context::RunContext;
@@ -33,11 +36,14 @@ const FOLDER: &str = "responses";
 /// Memory of all responses, bytes.
 pub(super) const MAX_BYTES: f64 = 2.0 * 1024.0 * 1024.0 * 1024.0;
 
-/// Light of a channel at one of its wavelengths, or all light.
+/// Light of a channel at one of its wavelengths, X, Y or Z of it, or all light.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelLight {
     /// Number of the channel.
     pub channel: usize,
+    /// Number of the light whose bounds of bias move together: a channel, or X, Y or Z of one that a medium
+    /// converts, which changes its colour with the distance.
+    pub lot: usize,
     /// X, Y and Z of light of 1; all light counts as Y.
     pub xyz: [f64; 3],
     /// The same behind each open sub-pixel.
@@ -47,7 +53,7 @@ pub struct ChannelLight {
 impl ChannelLight {
     /// All light as it is counted.
     pub fn whole() -> Vec<Self> {
-        vec![Self { channel: 0, xyz: [0.0, 1.0, 0.0], behind: Vec::new() }]
+        vec![Self { channel: 0, lot: 0, xyz: [0.0, 1.0, 0.0], behind: Vec::new() }]
     }
 
     /// Parts of the light of `design`, for 1 W of all lights.
@@ -55,10 +61,12 @@ impl ChannelLight {
     /// # Errors
     /// A wavelength at which a material has no data.
     pub fn of_colours(design: &Design, model: Model, context: RunContext) -> Result<Vec<Self>> {
+        if design.converts() {
+            return Ok(Self::of_converted(design));
+        }
         let lights = &design.colour_lights().radiometric();
         let nodes = SpectralJob { design, lights, model, cache: None, context }.nodes()?;
-        let filters = design.panel.iter().flat_map(|panel| &panel.sub_pixels);
-        let filters: Vec<_> = filters.collect();
+        let filters = filters(design);
         let mut parts = Vec::with_capacity(nodes.len());
         for nodes in nodes.chunk_by(|a, b| a.0 == b.0) {
             let light = &lights.lights[nodes[0].0];
@@ -71,11 +79,42 @@ impl ChannelLight {
                 filters.iter().map(|filter| through(&|nm| filter.at(nm))).collect();
             for (k, xyz) in through(&|_| 1.0).into_iter().enumerate() {
                 let behind = behind.iter().map(|all| all[k]).collect();
-                parts.push(Self { channel: design.channel_of(light), xyz, behind });
+                let channel = design.channel_of(light);
+                parts.push(Self { channel, lot: channel, xyz, behind });
             }
         }
         Ok(parts)
     }
+
+    /// The same of light that is converted: X, Y and Z of each channel, open and behind each sub-pixel.
+    fn of_converted(design: &Design) -> Vec<Self> {
+        let mut emitted_w = vec![0.0; design.channels().len()];
+        for light in &design.colour_lights().lights {
+            emitted_w[design.channel_of(light)] += light.emitted_w;
+        }
+        let sub_pixels = filters(design).len();
+        let part = |channel: usize, place: usize, k: usize| {
+            let mut seen = vec![[0.0; 3]; 1 + sub_pixels];
+            seen[place][k] = emitted_w[channel];
+            Self { channel, lot: 3 * channel + k, xyz: seen[0], behind: seen.split_off(1) }
+        };
+        let places =
+            (0..emitted_w.len()).flat_map(|c| (0..=sub_pixels).map(move |place| (c, place)));
+        places.flat_map(|(c, place)| [0, 1, 2].map(|k| part(c, place, k))).collect()
+    }
+}
+
+impl ChannelLight {
+    /// Weight among the parts of its lot: Y, or where that is 0 all that is counted of it.
+    pub(super) fn weight(&self) -> f64 {
+        let all = || self.xyz.iter().chain(self.behind.iter().flatten()).sum();
+        if self.xyz[1] > 0.0 { self.xyz[1] } else { all() }
+    }
+}
+
+/// Sub-pixels of the panel before `design`.
+fn filters(design: &Design) -> &[SubPixel] {
+    design.panel.as_ref().map_or(&[], |panel| &panel.sub_pixels)
 }
 
 /// Groups of paths of a response in so many parts of the light, or as a whole.
@@ -92,6 +131,14 @@ struct Traced {
 }
 
 impl Traced {
+    /// What `receiver` saw of a part of the light, of which one path has this `power`.
+    fn of_part(seen: &Observation, receiver: &MapReceiver, power: f64) -> Self {
+        let map = receiver.map(seen);
+        let map = Grouped::weighted_merged(&[(1.0, &map)], receiver.frame.count(), GROUPS_TOGETHER);
+        let groups = (0..map.count()).map(|g| map.group(g).to_vec()).collect();
+        Self { groups, one_path: receiver.one_path(power) }
+    }
+
     /// All numbers one after the other, as they are kept.
     fn to_bytes(&self) -> Vec<u8> {
         let all = std::iter::once(&self.one_path).chain(self.groups.iter().flatten());
@@ -187,6 +234,9 @@ impl Responses {
                 let at = RunContext { seed, ..context };
                 let kept = match parts {
                     None => vec![trace(&mut traces, &lit, (receiver, model), &what, at)?],
+                    Some(_) if lit.converts() => {
+                        trace_converted(&mut traces, &lit, (receiver, model), &what, at)?
+                    }
                     Some(_) => trace_apart(&lit, (receiver, model), cache, at)?,
                 };
                 let numbered = kept.iter().enumerate();
@@ -257,13 +307,40 @@ fn trace_apart(
 ) -> Result<Vec<Traced>> {
     let lights = &design.colour_lights().radiometric();
     let job = SpectralJob { design, lights, model, cache: Some(cache), context };
-    let of_part = |seen: &Observation| {
-        let map = receiver.map(seen);
-        let map = Grouped::weighted_merged(&[(1.0, &map)], receiver.frame.count(), GROUPS_TOGETHER);
-        let groups = (0..map.count()).map(|g| map.group(g).to_vec()).collect();
-        Traced { groups, one_path: receiver.one_path(seen.path_power()) }
-    };
+    let of_part = |seen: &Observation| Traced::of_part(seen, receiver, seen.path_power());
     Ok(job.apart()?.iter().map(of_part).collect())
+}
+
+/// The maps of `design` in X, Y and Z of each channel alone, open and behind each sub-pixel.
+fn trace_converted(
+    traces: &mut ModelTraces,
+    design: &Design,
+    (receiver, model): (&MapReceiver, Model),
+    what: &str,
+    context: RunContext,
+) -> Result<Vec<Traced>> {
+    let (traced_nm, filters) = (design.traced_nm(), filters(design));
+    // The largest weight of a path, which a bin without any may have missed.
+    let largest = |filter: Option<&SubPixel>, k: usize| {
+        let seen = |nm: &f64| colour_matching::xyz(*nm)[k] * filter.map_or(1.0, |of| of.at(*nm));
+        traced_nm.iter().map(seen).fold(0.0, f64::max)
+    };
+    let places = std::iter::once(None).chain(filters.iter().map(Some));
+    let largest: Vec<f64> =
+        places.flat_map(|filter| [0, 1, 2].map(|k| largest(filter, k))).collect();
+    let mut all = Vec::new();
+    for channel in 0..design.channels().len() {
+        let lit = design.lit_by_channel(channel);
+        let (dome, name) = (DomeChoice::Model(model), design.channels()[channel]);
+        let context = RunContext { seed: seeds::of_light(context.seed, name), ..context };
+        let what = format!("{what}, {name}");
+        let seen = traces.observe_behind((&lit, filters), dome, &what, context)?;
+        let power = seen[0].path_power();
+        let colours = seen[1..4].iter().chain(&seen[5..]).enumerate();
+        let of_part = |(k, seen)| Traced::of_part(seen, receiver, power * largest[k]);
+        all.extend(colours.map(of_part));
+    }
+    Ok(all)
 }
 
 /// The map of `design` with its packages at these `drives`, in columns and rows, traced as a whole.
@@ -311,6 +388,10 @@ fn key(
     });
     if let Some(parts) = parts {
         fields["parts"] = json!({"count": parts, "channels": lit.channels()});
+        if lit.converts() {
+            let rows = |of: &SubPixel| json!([of.wavelength_nm, of.transmittance]);
+            fields["parts"]["filters"] = filters(lit).iter().map(rows).collect();
+        }
     }
     Ok(Key::of(&fields))
 }

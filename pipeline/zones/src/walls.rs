@@ -123,8 +123,8 @@ impl Array<'_> {
 
     /// Light that lies wrong beside the walls across an axis: the law beside what is traced, cell by
     /// cell, for a package one place nearer than those that tell what comes back, and the error of what
-    /// these tell; of one channel, or all. `None` where none is moved.
-    pub(super) fn error_at_walls(&self, axis: usize, channel: Option<usize>) -> Option<AtWalls> {
+    /// these tell; of one lot, or all. `None` where none is moved.
+    pub(super) fn error_at_walls(&self, axis: usize, lot: Option<usize>) -> Option<AtWalls> {
         let near_wall = self.places.near_wall(axis);
         let away = near_wall.checked_sub(2).filter(|_| self.is_moved(axis))?;
         let (groups, cells) = (self.responses.groups, self.places.traced[axis]);
@@ -135,10 +135,11 @@ impl Array<'_> {
         let (mut farther, mut comes_back) = (vec![0.0; cells], vec![0.0; groups]);
         let mut one_path = 0.0;
         for (number, part) in self.parts.iter().enumerate() {
-            if channel.is_some_and(|channel| part.channel != channel) {
+            if lot.is_some_and(|lot| part.lot != lot) {
                 continue;
             }
-            let (share, y) = (&self.walls.returned[number][axis], part.xyz[1]);
+            let y = if lot.is_some() { part.weight() } else { part.xyz[1] };
+            let share = &self.walls.returned[number][axis];
             let returned = share.value;
             one_path += y * self.one_path_of_inner(number);
             for (wall, near) in self.near_walls(axis, away, number).iter().enumerate() {

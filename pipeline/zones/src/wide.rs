@@ -10,6 +10,7 @@ use design::Design;
 use runtime::interrupt::Interrupt;
 use runtime::run_context::RunContext;
 use simulate::model::Model;
+use simulate::trace::converted_fits;
 
 use super::Request;
 use super::map_receiver::MapReceiver;
@@ -48,11 +49,6 @@ impl<'a> WideDesign<'a> {
         );
         let sub_pixels = design.panel.iter().flat_map(|panel| &panel.sub_pixels).count();
         let has_colours = design.channels().len() > 1 || sub_pixels > 0;
-        ensure!(
-            !has_colours || !design.converts(),
-            "{}: luminophores: expected none for zones with channels or [panel] sub_pixels, whose light keeps its wavelength",
-            design.provenance.file
-        );
         let receiver = MapReceiver::new(design, request.receiver, &places, has_colours)?;
         let (step, _) = receiver.over(&places)?;
         let interrupt = Interrupt::default();
@@ -80,7 +76,10 @@ impl<'a> WideDesign<'a> {
         let sizes = (0..=TRACED / 2).map(|less| along(TRACED - 2 * less));
         let wide = sizes.filter(|traced| bytes(*traced) <= MAX_BYTES).find_map(|traced| {
             let is_more = (0..2).any(|k| traced[k] > places.stated[k]);
-            is_more.then(|| design.widened(traced, request.receiver)).flatten()
+            let wide = is_more.then(|| design.widened(traced, request.receiver)).flatten();
+            wide.filter(|wide| {
+                !(has_colours && wide.converts()) || converted_fits(wide, sub_pixels).is_ok()
+            })
         });
         let stated = wide.as_ref().map(|_| places.stated);
         Ok(Self { design: wide.map_or(Cow::Borrowed(design), Cow::Owned), stated, parts })

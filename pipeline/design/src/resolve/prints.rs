@@ -12,10 +12,10 @@ use tracer::{Marks, Pattern};
 use super::solids::diffusing;
 use crate::check::{Context, MAX_LENGTH_MM, whole_division};
 use crate::error::ConfigError;
-use crate::resolved::Packages;
 use crate::resolved::medium::Medium;
 use crate::resolved::prints::CheckedPrint;
 use crate::resolved::solids::{BOX_FACES, CheckedSolid};
+use crate::resolved::{Design, Packages};
 use crate::schema::prints::{Dots, Print};
 use crate::schema::{self, Extent};
 use metrics::digits::shortest;
@@ -56,6 +56,36 @@ pub(crate) fn resolve(
         prints.push(CheckedPrint { stated: print.clone(), coverage, pattern });
     }
     Ok(prints)
+}
+
+impl Design {
+    /// The first print that does not repeat from package to package at these distances of columns and rows,
+    /// mm: a picture, or dots whose pitch does not divide them.
+    pub fn print_of_one_place(&self, pitch_mm: [f64; 2]) -> Option<&CheckedPrint> {
+        let is_whole = |times: f64| (times - times.round()).abs() < 1e-9 * times;
+        let repeats = |dots: &Dots| pitch_mm.iter().all(|pitch| is_whole(pitch / dots.pitch_mm));
+        self.prints.iter().find(|print| !print.stated.dots.as_ref().is_some_and(repeats))
+    }
+
+    /// The prints by rule about the packages that there are now; `None` of pictures, or of more dots than
+    /// a surface may have.
+    pub(super) fn printed_again(&self) -> Option<Vec<CheckedPrint>> {
+        let at = Context::new(&self.provenance.file);
+        let films: Vec<CheckedSolid> =
+            self.solids.iter().filter(|s| s.is_film()).cloned().collect();
+        let (packages, surfaces) = (self.packages(), (&films[..], self.mirror.extent));
+        let printed = |print: &CheckedPrint| {
+            let size_mm = printed_mm(&print.stated, &packages, surfaces, &at).ok()?;
+            let pattern = dots(print.stated.dots.as_ref()?, size_mm, &packages, &at).ok()?;
+            let coverage = pattern.coverage();
+            Some(CheckedPrint {
+                coverage,
+                pattern: Arc::new(pattern),
+                stated: print.stated.clone(),
+            })
+        };
+        self.prints.iter().map(printed).collect()
+    }
 }
 
 /// Lengths of the printed surface along x and y, mm: a face of a film, the mirror of this extent, or a
@@ -215,7 +245,6 @@ fn picture(path: &Path, size_mm: [f64; 2], at: &Context) -> Result<Pattern, Conf
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::resolved::Design;
 
     /// Two packages, 4 mm apart, under two films in optical contact.
     const LIT: &str = r#"
@@ -288,6 +317,31 @@ medium = { index = 1.6, scattering_per_mm = 5.0 }
         assert!(said.to_string().contains("prints[1].dots.pitch_mm"), "{said}");
         let alone = cell.replace("on = \"mirror\"", "on = \"plate.bottom\"");
         assert!(parsed(&alone).is_ok());
+    }
+
+    #[test]
+    fn dots_of_more_packages_are_those_of_each() {
+        let dots = |pitch: f64| {
+            format!(
+                "on = \"plate.top\"\nreflected = 0.4\ndots = {{ pitch_mm = {pitch}, radius_mm = [[1.0, 0.4], [2.5, 0.1]] }}\n"
+            )
+        };
+        let lit = LIT.replace("name = \"sheet\"\ngap_mm = 0.0", "name = \"sheet\"\ngap_mm = 0.1");
+        let parsed = |print: &str| {
+            crate::parse("lit.toml", &format!("{lit}{print}"), Path::new("")).expect("valid")
+        };
+        let design = parsed(&dots(1.0));
+        assert!(design.print_of_one_place([4.0; 2]).is_none());
+        let wide = design.widened([5, 3], None).expect("it repeats");
+        // Of the array as it would be stated.
+        let stated = lit.replace("columns = 2, rows = 1", "columns = 5, rows = 3");
+        let stated = format!("{stated}{}", dots(1.0));
+        let stated = crate::parse("lit.toml", &stated, Path::new("")).expect("valid");
+        assert_eq!(wide.prints[0].pattern, stated.prints[0].pattern);
+        assert_eq!(
+            parsed(&dots(0.9)).print_of_one_place([4.0; 2]).map(|p| &p.stated.on[..]),
+            Some("plate.top")
+        );
     }
 
     #[test]

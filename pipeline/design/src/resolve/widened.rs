@@ -19,9 +19,9 @@ impl Design {
     /// The design with so many columns and rows of packages at its pitch. Walls, films and plates over
     /// all are as far from the outermost packages as before. Of the receivers the one called `receiver`
     /// is left, wider by as much. `None` where something would not repeat: packages that differ or stand
-    /// in no full rows, other solids that stand once, prints, a receiver that faces or looks aside, reads
-    /// some light alone or has bins that do not divide the pitch. `None` as well of more bins than a
-    /// design may have.
+    /// in no full rows, other solids that stand once, prints other than dots by rule at a pitch that
+    /// divides theirs, a receiver that faces or looks aside, reads some light alone or has bins that do
+    /// not divide the pitch. `None` as well of more bins or dots than a design may have.
     pub fn widened(&self, packages: [usize; 2], receiver: Option<&str>) -> Option<Self> {
         let arrangement = Arrangement::Square;
         let PackagePositions::Grid { columns, rows, arrangement: Arrangement::Square } =
@@ -34,7 +34,7 @@ impl Design {
             && !(array.is_offset() || array.is_turned() || array.is_scaled())
             && self.led.offsets_mm.is_empty()
             && self.led.tilts_deg.is_empty();
-        if !are_alike || !self.prints.is_empty() {
+        if !are_alike || self.print_of_one_place(self.array.pitch_mm.along()).is_some() {
             return None;
         }
         let pitch_mm = self.array.pitch_mm.along();
@@ -52,6 +52,7 @@ impl Design {
         for plate in wide.solids.iter_mut().filter(|solid| solid.per() == Per::Array) {
             plate.widen(reach, more_mm)?;
         }
+        wide.prints = wide.printed_again()?;
         wide.receivers.retain(|kept| Some(kept.name()) == receiver);
         for receiver in &mut wide.receivers {
             receiver.widen(more_mm)?;

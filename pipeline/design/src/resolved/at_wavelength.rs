@@ -44,12 +44,7 @@ impl Design {
     pub fn lit_by(&self, light: &Light, nodes: &[f64], node: usize) -> anyhow::Result<Self> {
         let mut design = self.at(nodes[node])?;
         let mut shared_by_nm = Vec::new();
-        let of_sources = design.sources.iter_mut().flat_map(|s| &mut s.emitters);
-        let of_sources = of_sources.map(|emitter| &mut emitter.source);
-        let of_sources = of_sources.map(|source| (&mut source.weight, &mut source.emission));
-        let of_file = design.files.source.iter_mut().flat_map(|source| &mut source.parts);
-        let of_file = of_file.map(|part| (&mut part.share, &mut part.emission));
-        for (number, (weight, emission)) in of_sources.chain(of_file).enumerate() {
+        for (number, (weight, emission)) in design.emitters_mut().enumerate() {
             if !light.emitters.contains(&number) {
                 *weight = 0.0;
             } else if let Colour::Rays(rays) = &light.light {
@@ -107,6 +102,32 @@ impl Design {
         let source = self.sources.iter().find(|source| Some(source.name()) == name.map(|n| &**n));
         let channel = source.map(CheckedSource::channel);
         self.channels().iter().position(|known| Some(*known) == channel).unwrap_or(0)
+    }
+
+    /// The same design with the sources of one channel alone, all others being dark.
+    #[must_use]
+    pub fn lit_by_channel(&self, channel: usize) -> Self {
+        if self.channels().len() < 2 {
+            return self.clone();
+        }
+        let lights = self.colour_lights().lights;
+        let lit = || lights.iter().filter(|light| self.channel_of(light) == channel);
+        let emitters: Vec<usize> = lit().flat_map(|light| light.emitters.clone()).collect();
+        let mut design = self.clone();
+        let dark = |(number, _): &(usize, _)| !emitters.contains(number);
+        design.emitters_mut().enumerate().filter(dark).for_each(|(_, (weight, _))| *weight = 0.0);
+        let sources = lit().flat_map(|light| light.sources.clone()).collect();
+        design.lit = Some(LitSources { sources, shared_by_nm: Vec::new() });
+        design
+    }
+
+    /// Weight and emission of each source of a package.
+    fn emitters_mut(&mut self) -> impl Iterator<Item = (&mut f64, &mut tracer::Emission)> {
+        let of_sources = self.sources.iter_mut().flat_map(|s| &mut s.emitters);
+        let of_sources = of_sources.map(|emitter| &mut emitter.source);
+        let of_sources = of_sources.map(|source| (&mut source.weight, &mut source.emission));
+        let of_file = self.files.source.iter_mut().flat_map(|source| &mut source.parts);
+        of_sources.chain(of_file.map(|part| (&mut part.share, &mut part.emission)))
     }
 
     /// The colours of the sources, unless that of the design is the only one.

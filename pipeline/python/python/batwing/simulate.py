@@ -377,7 +377,7 @@ def zones(
         An eye at this distance in mm, whose own glare hides a part of the halo; its age in years
         [default: 25] and pigment, 0 black to 1.2 light blue [default: 0.5].
     test_patterns : bool
-        Also show a white window of 10 % of the area, a single zone and a checkerboard of zones.
+        Also show a white window of 10 % of the area, a single zone, a checkerboard of zones and a grey ramp.
     direct : bool
         Also trace the pattern itself, and compare.
 

@@ -72,14 +72,8 @@ struct Traced {
 
 impl Traced {
     fn job<'a>(&'a self, what: &'a str) -> TraceJob<'a> {
-        TraceJob {
-            design: &self.design,
-            surface: &self.prepared.surface,
-            paths: self.paths,
-            what,
-            error_groups: GROUPS,
-            widened: false,
-        }
+        let job = TraceJob::new(&self.design, &self.prepared.surface, what);
+        TraceJob { paths: self.paths, ..job }
     }
 }
 
