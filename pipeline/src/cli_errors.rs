@@ -53,7 +53,9 @@ pub fn message(error: &Error, cli: &Command) -> String {
             let missing = texts(error, ContextKind::InvalidArg);
             let missing: Vec<String> = missing.iter().map(|argument| bare(argument)).collect();
             let (of, missing) = (command(error), listed(&missing, "and"));
-            format!("{of}: expected {missing}, got nothing of it")
+            // The program names itself before every message.
+            let of = of.strip_prefix("batwing ").map_or_else(String::new, |of| format!("{of}: "));
+            format!("{of}expected {missing}, got nothing of it")
         }
         ErrorKind::ArgumentConflict => {
             let others = texts(error, ContextKind::PriorArg);
@@ -193,11 +195,16 @@ mod tests {
             ),
             ("run d.toml --quiet=no", "--quiet: expected no value, got \"no\""),
             ("run d.toml --seed 1 --seed 2", "--seed: expected once, got more than once"),
-            ("run", "batwing run: expected DESIGN.toml, got nothing of it"),
-            ("converge", "batwing converge: expected --ring N and DESIGN.toml, got nothing of it"),
+            ("run", "run: expected DESIGN.toml, got nothing of it"),
+            ("converge", "converge: expected --ring N and DESIGN.toml, got nothing of it"),
             (
                 "run d.toml --most-paths 5000",
-                "batwing run: expected --until-error FIGURE=ERROR, got nothing of it",
+                "run: expected --until-error FIGURE=ERROR, got nothing of it",
+            ),
+            ("zones d.toml --levels max", "zones: expected --picture FILE, got nothing of it"),
+            (
+                "zones d.toml --pattern p.csv --white -0.3,0.3",
+                "--white: expected x and y with a sum below 1, such as 0.3127,0.3290, or a temperature from 1000K to 25000K, got \"-0.3,0.3\"",
             ),
             (
                 "run d.toml --until-error uniformity=-1%",

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
-//! The program `batwing`: its command line, one file a command, and the files of a model.
+//! The program `batwing`: its command line, and a file or a few for each command.
 //!
 //! In: words of a command line ([`cli::Cli`]). Out: files under the directory of results, one
 //! result on standard output, an exit code ([`exit`]). The commands join the crates `design`,
-//! `simulate`, `experiment`, `gratings`, `report` and `formats`; they compute nothing of their own. The Python package calls [`cli::Cli::run_until`].
+//! `simulate`, `experiment`, `gratings`, `zones`, `report` and `formats`. The Python package calls
+//! [`cli::Cli::run_until`].
 //!
 //! ```
 //! use clap::Parser;
@@ -19,8 +20,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`cli`], [`cli_errors`], [`exit`] | options, messages, exit codes |
-//! | [`commands`] | one file a command, and the records of shared jobs |
-//! | [`output`] | files of a model: maps, sections, pictures, receivers |
+//! | [`commands`] | commands, and the records of shared jobs |
 //! | [`paper_figures`] | Figures 3, 4 and 6 of the paper |
 //! | [`ray_export`] | rays that leave a design, as a ray file |
 

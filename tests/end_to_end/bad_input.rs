@@ -204,7 +204,7 @@ const COMMANDS: &[(&str, &[&str])] = &[
     ("run good.toml --until-error abc", &["--until-error", "abc", "uniformity"]),
     ("run good.toml --until-error uniformity=0", &["--until-error", "above 0"]),
     ("run good.toml --out", &["--out: expected DIR"]),
-    ("run", &["batwing run: expected DESIGN.toml"]),
+    ("run", &["run: expected DESIGN.toml"]),
     ("reproduce --fast", &["--fast", "reproduce --help"]),
     ("reproduce --out file/out", &["file/out"]),
     ("improve", &["improve"]),

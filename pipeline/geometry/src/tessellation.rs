@@ -104,7 +104,7 @@ impl Cells<'_> {
             let count = 4 * quads.rows.iter().sum::<usize>() * quads.columns * self.counts[1];
             if count > MAX_TRIANGLES {
                 let expected = format!(
-                    "one that {MAX_TRIANGLES} follow within {SURFACE:e} of its width and {NORMAL_DEG} degrees: fewer points or a smoother one"
+                    "one that at most {MAX_TRIANGLES} triangles follow within {SURFACE:e} of its width and {NORMAL_DEG} degrees: fewer points or a smoother one"
                 );
                 return Err([format!("a surface of {count} triangles"), expected]);
             }

@@ -23,7 +23,7 @@ use simulate::scene_check;
 use simulate::tables::labelled;
 
 use super::arguments::{cache, whole};
-use super::file_formats::{CellSteps, FileFormat};
+use super::file_formats::{CellFormat, CellSteps};
 use super::outputs::writable;
 use super::shardable::{CommandLine, JobOptions, Shardable, Sharing};
 use simulate::rings::{self, RingChoice, RingTable, each};
@@ -66,7 +66,7 @@ pub struct BsdfArgs {
     pub films: bool,
     /// Format of the film stack [default: klems]
     #[arg(long, value_enum, requires = "films")]
-    pub format: Option<FileFormat>,
+    pub format: Option<CellFormat>,
     /// Paths for each incidence of the film stack's file
     #[arg(
         long,

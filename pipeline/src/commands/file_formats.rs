@@ -34,6 +34,33 @@ impl ValueEnum for FileFormat {
     }
 }
 
+/// A format of scattering on direction cells.
+#[derive(Debug, Clone, Copy)]
+pub struct CellFormat(&'static Writer);
+
+static CELL_FORMATS: LazyLock<Vec<CellFormat>> = LazyLock::new(|| {
+    let writers = WRITERS.iter().copied();
+    writers.filter(|writer| matches!(writer.writes, Writes::Cells { .. })).map(CellFormat).collect()
+});
+
+impl ValueEnum for CellFormat {
+    fn value_variants<'a>() -> &'a [Self] {
+        &CELL_FORMATS
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        FileFormat(self.0).to_possible_value()
+    }
+}
+
+impl std::ops::Deref for CellFormat {
+    type Target = Writer;
+
+    fn deref(&self) -> &Writer {
+        self.0
+    }
+}
+
 impl std::ops::Deref for FileFormat {
     type Target = Writer;
 

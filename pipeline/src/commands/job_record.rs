@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, ensure};
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -103,8 +103,11 @@ impl SharedLine {
         Self::try_parse_from(words).map_err(|error| {
             let text = error.to_string();
             let first = text.lines().next().unwrap_or_default();
+            let commands = Self::command();
+            let names = commands.get_subcommands().map(clap::Command::get_name);
             anyhow::anyhow!(
-                "expected reproduce, run, bsdf, study, tolerance or optimise with their options: {}",
+                "expected one of {} with its options: {}",
+                names.filter(|name| *name != "help").collect::<Vec<_>>().join(", "),
                 first.trim_start_matches("error: ")
             )
         })

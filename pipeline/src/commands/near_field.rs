@@ -59,10 +59,10 @@ pub struct NearFieldArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole(1..=20_u8))]
     pub periods: u8,
     /// Depth of view into both half-spaces, in µm [default: two wavelengths or a quarter of the
-    /// relief]
+    /// height of the relief]
     #[arg(long, value_name = "UM", value_parser = finite)]
     pub margin_um: Option<f64>,
-    /// Highest order to keep [default: half as many again as propagate]
+    /// Highest order to keep [default: 1.5 times the highest that propagates]
     #[arg(long, value_name = "M", value_parser = whole(0..=Truncation::MAX))]
     pub orders: Option<usize>,
     /// Slices of the relief [default: 24 to a wavelength]

@@ -74,11 +74,10 @@ pub fn run(arguments: &ReportArgs, context: RunContext) -> Result<()> {
         "tables": found, "tables_listed": listed,
     });
     context.console.result(&json, || {
-        format!(
-            "{:.2} MB, {found} of {} of diffraction orders\nwritten to {}",
-            bytes as f64 * 1e-6,
-            count(listed, "table"),
-            out.display()
-        )
+        let tables = match listed {
+            0 => String::new(),
+            listed => format!(", {found} of {} of diffraction orders", count(listed, "table")),
+        };
+        format!("{:.2} MB{tables}\nwritten to {}", bytes as f64 * 1e-6, out.display())
     })
 }

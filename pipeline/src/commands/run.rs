@@ -50,7 +50,8 @@ pub struct RunArgs {
     /// Paths to trace, instead of the design's trace.paths
     #[arg(long, value_name = "N", value_parser = paths)]
     pub paths: Option<u64>,
-    /// Trace further batches of as many paths until the standard error of a figure is at most this
+    /// Trace further batches of as many paths until the standard error of a figure, of its paths alone, is at
+    /// most this
     #[arg(long, value_name = "FIGURE=ERROR")]
     pub until_error: Option<ErrorTarget>,
     /// With --until-error: begin no batch that would go beyond so many paths

@@ -168,15 +168,17 @@ pub fn plain_text(file: &OptimisationFile) -> String {
 // Writing to a string cannot fail.
 
 fn add_stage(text: &mut String, at: usize, stage: &StageEntry) {
-    let paths = stage.generations.last().map_or(0, |end| end.paths);
-    let _ = writeln!(
-        text,
-        "stage {at}: {} in {}, last with {} paths each{}",
-        count(stage.evaluations, "candidate"),
-        count(stage.generations.len(), "generation"),
-        thousands(paths),
-        if stage.cut_short { "; ended by the budget of time" } else { "" }
-    );
+    let ended = if stage.cut_short { "; ended by the budget of time" } else { "" };
+    let _ = match stage.generations.last() {
+        None => writeln!(text, "stage {at}: no generation{ended}"),
+        Some(last) => writeln!(
+            text,
+            "stage {at}: {} in {}, last with {} paths each{ended}",
+            count(stage.evaluations, "candidate"),
+            count(stage.generations.len(), "generation"),
+            thousands(last.paths)
+        ),
+    };
     for (why, times) in &stage.refusals {
         let _ = writeln!(text, "  refused {}: {why}", count(*times, "time"));
     }
