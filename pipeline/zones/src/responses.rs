@@ -102,9 +102,7 @@ impl ChannelLight {
             (0..emitted_w.len()).flat_map(|c| (0..=sub_pixels).map(move |place| (c, place)));
         places.flat_map(|(c, place)| [0, 1, 2].map(|k| part(c, place, k))).collect()
     }
-}
 
-impl ChannelLight {
     /// Weight among the parts of its lot: Y, or where that is 0 all that is counted of it.
     pub(super) fn weight(&self) -> f64 {
         let all = || self.xyz.iter().chain(self.behind.iter().flatten()).sum();
