@@ -85,4 +85,12 @@ fn channels_of_converted_light_are_mixtures_of_what_is_emitted() {
         assert!(error > 0.0 && noise > 0.0, "{white} {front}");
         assert!((ours - other).abs() < 3.5 * error.hypot(noise), "{name}: {ours} {other}");
     }
+    // Together the filters pass all light: white of the panel is the light itself. Two are alike, so that
+    // no colour lies between the primaries.
+    for name in ["u_prime", "v_prime"] {
+        let [open, behind] =
+            [name.to_owned(), format!("white_{name}")].map(|name| value(&front[&name]));
+        assert!((open - behind).abs() < 1e-9, "{name}: {open} {behind}");
+    }
+    assert!(value(&front["coverage_bt709_xy"]) < 1e-9, "{front}");
 }

@@ -174,6 +174,25 @@ fn channels_have_the_colours_of_their_spectra_behind_the_filters() {
     let gamut = found["colour"]["gamut"].as_array().expect("standards");
     assert_eq!(gamut.len(), 3);
     assert!(gamut.iter().all(|of| value(&of["xy"][1]) > 0.3 && value(&of["xy"][1]) <= 1.0));
+    // Dies at 1 before the same panel in a run: all its figures of the panel are these.
+    let run = run_text(folder.path(), "run", &coloured(), "run", &["--paths", "100000"]);
+    let run = run.expect("results");
+    let front = &run["designs"]["boxed"]["geometric"]["receivers"]["front"];
+    let white = &found["colour"]["white"];
+    let mut pairs = vec![
+        ("white_u_prime".to_owned(), &white["uv"][0]),
+        ("white_v_prime".to_owned(), &white["uv"][1]),
+    ];
+    for (of, standard) in gamut.iter().zip(["bt2020", "dci_p3", "bt709"]) {
+        for plane in ["xy", "uv"] {
+            pairs.push((format!("coverage_{standard}_{plane}"), &of[plane][1]));
+        }
+    }
+    for (name, ours) in pairs {
+        let [(ours, error), (other, noise)] = [ours, &front[&name]].map(estimate);
+        assert!(error > 0.0 && noise > 0.0, "{name}: {front}");
+        assert!((ours - other).abs() < 3.5 * error.hypot(noise), "{name}: {ours} {other}");
+    }
 }
 
 #[test]

@@ -7,8 +7,8 @@ use serde_json::{Value, json};
 use metrics::digits::thousands;
 use metrics::extraction::is_end;
 use metrics::figures::{
-    self, CENTRE_TO_PEAK, COLOURS_OF_RECEIVER, EXTRACTION, FLUX_UP, OF_RECEIVER, PEAK_ANGLE,
-    UNIFORMITY,
+    self, CENTRE_TO_PEAK, EXTRACTION, FLUX_UP, OF_RECEIVER, PEAK_ANGLE, UNIFORMITY,
+    colours_of_receiver,
 };
 use metrics::quantity::Unit;
 use output::live::LiveLight;
@@ -144,7 +144,7 @@ fn rows(result: &ModelResult) -> Vec<Row> {
         Row { key: key.clone(), label, unit: figure.unit(), entry: figure.array }
     });
     let receivers = result.receivers.iter().flatten().flat_map(|(name, receiver)| {
-        OF_RECEIVER.into_iter().chain(COLOURS_OF_RECEIVER).filter_map(move |figure| {
+        OF_RECEIVER.into_iter().chain(colours_of_receiver()).filter_map(move |figure| {
             let (entry, unit) = receiver.figure(figure.key)?;
             let key = format!("{}.{name}", figure.key);
             Some(Row { label: format!("{name}, {}", figure.label), key, unit, entry: *entry })

@@ -32,17 +32,19 @@ pub enum Source {
     Receiver,
     /// Tristimulus values of a receiver.
     ReceiverColours,
+    /// The same behind the sub-pixels of the panel.
+    PanelColours,
 }
 
 impl Source {
     /// True of figures of `[[receivers]]`.
     pub fn is_of_receiver(self) -> bool {
-        matches!(self, Self::Receiver | Self::ReceiverColours)
+        matches!(self, Self::Receiver | Self::ReceiverColours | Self::PanelColours)
     }
 
     /// True of figures of colours, which need light of several wavelengths.
     pub fn is_of_colours(self) -> bool {
-        matches!(self, Self::Colours | Self::ReceiverColours)
+        matches!(self, Self::Colours | Self::ReceiverColours | Self::PanelColours)
     }
 }
 
@@ -569,12 +571,41 @@ pub const RECEIVER_COLOUR: ColourFigures = ColourFigures {
     cct_k: of_receiver(temperature("cct_k", "correlated colour temperature")).means("Colour temperature of all light on the receiver."),
     duv: of_receiver(colour("duv", "Duv")).means("Distance of the colour on the receiver from that of a black body: greenish above 0, pinkish below."),
 };
-/// The same in the order in which they are shown.
-pub const COLOURS_OF_RECEIVER: [Definition; 4] = RECEIVER_COLOUR.all();
+const fn behind_panel(colour: Definition) -> Definition {
+    Definition { source: Source::PanelColours, ..colour }
+}
+
+const fn coverage(key: &'static str, label: &'static str) -> Definition {
+    let colour = behind_panel(colour(key, label)).scaled(SHARE_SCALE);
+    Definition { unit: Unit::Fraction, larger_is_better: LARGER, ..colour }
+        .means("Share of a standard's gamut that the sub-pixels reach before the light on the receiver, each open with the others closed.")
+}
+
+/// Colour that the open panel makes of the light of a receiver.
+pub const PANEL_WHITE: ColourFigures = ColourFigures {
+    u_prime: behind_panel(colour("white_u_prime", "u', white of panel")).means("Chromaticity u' of the light on the receiver behind the open panel."),
+    v_prime: behind_panel(colour("white_v_prime", "v', white of panel")).means("Chromaticity v' of the light on the receiver behind the open panel."),
+    cct_k: behind_panel(temperature("white_cct_k", "correlated colour temperature, white of panel")).means("Colour temperature of the light on the receiver behind the open panel."),
+    duv: behind_panel(colour("white_duv", "Duv, white of panel")).means("Distance of the colour behind the open panel from that of a black body: greenish above 0, pinkish below."),
+};
+/// Gamut of the panel before the light of a receiver, in the order of [`gamut::coverages`].
+pub const COVERAGE: [Definition; 6] = [
+    coverage("coverage_bt2020_xy", "coverage of BT.2020 in x, y"),
+    coverage("coverage_bt2020_uv", "coverage of BT.2020 in u', v'"),
+    coverage("coverage_dci_p3_xy", "coverage of DCI-P3 in x, y"),
+    coverage("coverage_dci_p3_uv", "coverage of DCI-P3 in u', v'"),
+    coverage("coverage_bt709_xy", "coverage of BT.709 in x, y"),
+    coverage("coverage_bt709_uv", "coverage of BT.709 in u', v'"),
+];
+
+/// Colours of every receiver that has one flux, in the order in which they are shown.
+pub fn colours_of_receiver() -> impl Iterator<Item = Definition> {
+    RECEIVER_COLOUR.all().into_iter().chain(PANEL_WHITE.all()).chain(COVERAGE)
+}
 
 /// All figures of receivers.
 pub fn of_receivers() -> impl Iterator<Item = Definition> {
-    OF_RECEIVER.into_iter().chain(COLOURS_OF_RECEIVER).chain(OF_SURFACE)
+    OF_RECEIVER.into_iter().chain(colours_of_receiver()).chain(OF_SURFACE)
 }
 
 /// The figure of a form of uniformity.

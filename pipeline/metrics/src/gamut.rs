@@ -5,7 +5,7 @@
 //! the standard's triangle that lies within it (IDMS 1.2, 5.18), both in x, y (CIE 1931) and in
 //! u', v' (CIE 1976).
 
-use super::chromaticity::{uv, xyz_of_xy};
+use super::chromaticity::{uv, xy, xyz_of_xy};
 
 /// A point of a plane of chromaticities.
 type Point = [f64; 2];
@@ -92,6 +92,16 @@ pub fn shares(primaries: [Point; 3], standard: &Primaries) -> [Shares; 2] {
     [of(primaries, standard.xy), of(in_uv(primaries), in_uv(standard.xy))]
 }
 
+/// Coverages of [`STANDARDS`] one after the other, each in x, y and in u', v', by primaries of these X, Y
+/// and Z; NaN where one is dark.
+pub fn coverages(primaries: [[f64; 3]; 3]) -> [f64; 2 * STANDARDS.len()] {
+    let xy = primaries.map(|xyz| xy(xyz).unwrap_or([f64::NAN; 2]));
+    let all = STANDARDS.map(|standard| shares(xy, &standard).map(|of| of.coverage));
+    std::array::from_fn(|k| {
+        if xy.as_flattened().iter().any(|v| v.is_nan()) { f64::NAN } else { all[k / 2][k % 2] }
+    })
+}
+
 /// Twice the area of a triangle, positive anticlockwise.
 fn turn(a: Point, b: Point, c: Point) -> f64 {
     (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
@@ -162,6 +172,12 @@ mod tests {
                 }
             }
         }
+        for (k, standard) in STANDARDS.iter().enumerate() {
+            let found = coverages(standard.xy.map(xyz_of_xy));
+            assert!(found[2 * k..][..2].iter().all(|share| *share > 1.0 - 1e-9), "{found:?}");
+            assert!((found[1] - shares(standard.xy, &BT2020)[1].coverage).abs() < 1e-9);
+        }
+        assert!(coverages([[0.0; 3], [1.0; 3], [1.0; 3]]).iter().all(|share| share.is_nan()));
     }
 
     #[test]

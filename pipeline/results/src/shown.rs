@@ -7,7 +7,7 @@
 use metrics::digits::{Digits, format_value_with_error, shortest, significant};
 use metrics::figures::receiver::{FLUX, MEAN, WIDTH_U, WIDTH_V};
 use metrics::figures::{
-    self, BEAM_ANGLE, COLOURS_OF_RECEIVER, FIELD_ANGLE, OF_RECEIVER, OF_SURFACE, Source,
+    self, BEAM_ANGLE, FIELD_ANGLE, OF_RECEIVER, OF_SURFACE, Source, colours_of_receiver,
 };
 use metrics::kinds::Weighting;
 use metrics::quantity::Unit;
@@ -216,7 +216,7 @@ pub fn of_receiver(receiver: &ReceiverEntry) -> impl Iterator<Item = (&'static s
     let is_dark = receiver.figures.get(MEAN.key).is_some_and(|mean| mean.upper_bound.is_some());
     let shown =
         OF_RECEIVER.into_iter().filter(move |figure| !is_dark || [FLUX, MEAN].contains(figure));
-    shown.chain(COLOURS_OF_RECEIVER).chain(OF_SURFACE).filter_map(|figure| {
+    shown.chain(colours_of_receiver()).chain(OF_SURFACE).filter_map(|figure| {
         let (entry, unit) = receiver.figure(figure.key)?;
         Some((figure.label, text(entry, unit)))
     })

@@ -6,7 +6,6 @@ use anyhow::Result;
 
 use arrays::cache::Cache;
 use design::Design;
-use design::resolved::panel::SubPixel;
 use runtime::run_context::RunContext;
 
 use super::model::Model;
@@ -71,19 +70,19 @@ impl<'a> ModelTraces<'a> {
     }
 
     /// The same of a design in which a medium converts light: power, X, Y, Z and photons, then X, Y and
-    /// Z behind each of `filters`.
+    /// Z behind each sub-pixel of the panel.
     ///
     /// # Errors
     /// Those of [`Self::observe`].
-    pub fn observe_behind(
+    pub fn observe_channels(
         &mut self,
-        (design, filters): (&Design, &[SubPixel]),
+        design: &Design,
         dome: DomeChoice,
         what: &str,
         context: RunContext,
     ) -> Result<Vec<Observation>> {
         let surface = self.surface(design, dome, context)?;
-        TraceJob { filters, ..TraceJob::new(design, &surface, what) }.observe_channels(context)
+        TraceJob::new(design, &surface, what).observe_channels(context)
     }
 
     fn surface(

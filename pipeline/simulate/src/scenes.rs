@@ -15,7 +15,7 @@ use metrics::colour_matching;
 use metrics::plural::count;
 
 use super::film_planes::FilmPlanes;
-use super::observation::colours::{ColourArrays, Colours};
+use super::observation::colours::{ColourArrays, Colours, Part};
 use super::observation::{Observation, bins};
 use super::scene::{self, DomeSurface};
 
@@ -39,19 +39,18 @@ pub(super) struct ConvertingScenes {
     scenes: Vec<Scene>,
     emission: Vec<Vec<f64>>,
     /// Weights by wavelength: power, X, Y and Z (CIE 1931) for a power of 1, photons, then X, Y and Z
-    /// behind each filter.
+    /// behind each sub-pixel of the panel.
     channels: Vec<Vec<f64>>,
 }
 
 impl Scenes {
-    /// Scenes of `design` with `surface` on its domes; light that is converted is counted behind each of
-    /// `filters` too.
+    /// Scenes of `design` with `surface` on its domes.
     ///
     /// # Errors
     /// A scene that cannot be built; more bins at all wavelengths than there is memory for.
-    pub fn new(design: &Design, surface: &DomeSurface, filters: &[SubPixel]) -> Result<Self> {
+    pub fn new(design: &Design, surface: &DomeSurface) -> Result<Self> {
         if design.converts() {
-            return ConvertingScenes::new(design, surface, filters).map(Self::Converting);
+            return ConvertingScenes::new(design, surface).map(Self::Converting);
         }
         Ok(Self::One(Box::new(scene::build(design, surface)?)))
     }
@@ -130,9 +129,9 @@ impl Scenes {
 }
 
 impl ConvertingScenes {
-    fn new(design: &Design, surface: &DomeSurface, filters: &[SubPixel]) -> Result<Self> {
+    fn new(design: &Design, surface: &DomeSurface) -> Result<Self> {
         let wavelengths_nm = design.traced_nm();
-        converted_fits(design, filters.len())?;
+        converted_fits(design)?;
         let scene_at = |node| scene::build(&design.converting_at(&wavelengths_nm, node)?, surface);
         let scenes: Vec<Scene> = (0..wavelengths_nm.len()).map(scene_at).collect::<Result<_>>()?;
         let of_package = design.emitted_at(&wavelengths_nm);
@@ -146,7 +145,7 @@ impl ConvertingScenes {
         // Photons of a watt are as many as its waves are long.
         let photons = wavelengths_nm.clone();
         let mut channels = vec![power, matching(0), matching(1), matching(2), photons];
-        for filter in filters {
+        for filter in filters(design) {
             let passed = |weight: &f64, nm: &f64| weight * filter.at(*nm);
             channels.extend([0, 1, 2].map(|k| {
                 let weights = matching(k);
@@ -167,22 +166,38 @@ impl ConvertingScenes {
     }
 }
 
-/// The channel of Y.
+/// The channels of Y and of photons.
 const LUMINOUS: usize = 2;
+const PHOTONS: usize = 4;
+
+/// Filters behind which a trace of `design` counts X, Y and Z: the sub-pixels, where a medium converts
+/// light.
+pub(super) fn filters(design: &Design) -> &[SubPixel] {
+    if design.converts() { design.sub_pixels() } else { &[] }
+}
 
 /// Number of the channels of a trace of `design`.
 pub(super) fn channels(design: &Design) -> usize {
-    if design.converts() { 5 } else { 1 }
+    if design.converts() { 5 + 3 * filters(design).len() } else { 1 }
 }
 
 /// The observation that the channels of a trace make: what is counted, with the colours of the light
 /// and its photons where there are X, Y and Z.
 pub(super) fn put_together(design: &Design, mut channels: Vec<Observation>) -> Observation {
+    let filters = filters(design).len();
     let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-    let parts: Vec<([f64; 3], &Observation)> = axes.into_iter().zip(&channels[1..]).collect();
+    let dark = Part { weights: [0.0; 3], behind: vec![[0.0; 3]; filters], seen: &channels[0] };
+    let mut parts: Vec<Part> = Vec::new();
+    for (k, seen) in channels.iter().enumerate().skip(1).filter(|(k, _)| *k != PHOTONS) {
+        let mut part = Part { seen, ..dark.clone() };
+        match k.checked_sub(PHOTONS + 1) {
+            Some(behind) => part.behind[behind / 3] = axes[behind % 3],
+            None => part.weights = axes[k - 1],
+        }
+        parts.push(part);
+    }
     let colours = Colours::new(design, &parts, true);
-    let photons = if channels.len() > 1 { channels.pop() } else { None };
-    let photons = photons.map(|photons| photons.powers);
+    let photons = channels.get(PHOTONS).map(|photons| photons.powers.clone());
     let luminous = design.converts_in_lumens.then(|| channels.swap_remove(LUMINOUS));
     let power = channels.swap_remove(0);
     let counted = match luminous {
@@ -213,16 +228,15 @@ fn in_lumens(power: &Observation, luminous: Observation) -> Observation {
     }
 }
 
-/// Refuses more bins of light that is converted, behind so many filters too, than there is memory for.
+/// Refuses more bins of light that is converted than there is memory for.
 ///
 /// # Errors
 /// These.
-pub fn converted_fits(design: &Design, filters: usize) -> Result<()> {
+pub fn converted_fits(design: &Design) -> Result<()> {
     let (bins, wavelengths) = (bins(design), design.traced_nm().len());
     let on_threads = bins * wavelengths * rayon::current_num_threads();
-    // Five observations and three behind each filter, and what is made of three of them.
-    let channels = channels(design) + 3 * filters;
-    let observed = channels * bins * (GROUPS + 1) + ColourArrays::count(design, GROUPS);
+    // Observations of the channels, and what is made of three of them.
+    let observed = channels(design) * bins * (GROUPS + 1) + ColourArrays::count(design, GROUPS);
     let bytes = 8.0 * (on_threads + observed) as f64;
     ensure!(
         bytes <= MAX_BYTES,

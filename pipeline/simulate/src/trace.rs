@@ -9,7 +9,6 @@ use tracer::{CheckpointStore, Control, FarField, PlaneMap, Receiver, Settings, T
 
 use design::Design;
 use design::resolved::medium::Medium;
-use design::resolved::panel::SubPixel;
 use design::resolved::trace_key::ReliefModel;
 use metrics::digits::significant;
 use metrics::extraction::flow;
@@ -48,15 +47,13 @@ pub(super) struct TraceJob<'a> {
     pub error_groups: usize,
     /// True for cells of twice the width in the table of films.
     pub widened: bool,
-    /// Filters behind which X, Y and Z are counted too, where a medium converts light.
-    pub filters: &'a [SubPixel],
 }
 
 impl<'a> TraceJob<'a> {
     /// A trace of the own number of paths of `design`.
     pub fn new(design: &'a Design, surface: &'a DomeSurface, what: &'a str) -> Self {
         let (paths, error_groups) = (design.trace.paths, GROUPS);
-        Self { design, surface, paths, what, error_groups, widened: false, filters: &[] }
+        Self { design, surface, paths, what, error_groups, widened: false }
     }
 }
 
@@ -158,7 +155,7 @@ impl TraceJob<'_> {
         run: impl FnOnce(&Scenes, &[&dyn Receiver], &Settings, Control<'_>) -> T,
     ) -> Result<(Scenes, FilmPlanes, T)> {
         let design = self.design;
-        let scenes = Scenes::new(design, self.surface, self.filters)?;
+        let scenes = Scenes::new(design, self.surface)?;
         context.interrupt.check()?;
         let planes = FilmPlanes::new(design, scenes.first())?;
         let groups = self.groups(context);
@@ -226,19 +223,15 @@ impl TraceJob<'_> {
             DomeSurface::Banded(..) | DomeSurface::ByWavelength(_, 0) => ("banded", None),
             DomeSurface::ByWavelength(..) => ("banded, second nearest wavelength", None),
         };
-        let mut fields = json!({
+        json!({
             "what": self.what,
             "design": self.design.trace_fields(ReliefModel::OrderTables),
             "surface": {"kind": kind, "open": open, "meridian": self.surface.meridian()},
             "paths": self.paths,
             "seed": seed,
             "widened": self.widened,
-        });
-        if !self.filters.is_empty() {
-            let rows = |of: &SubPixel| json!([of.wavelength_nm, of.transmittance]);
-            fields["filters"] = self.filters.iter().map(rows).collect();
-        }
-        fields
+            "filters": scenes::filters(self.design),
+        })
     }
 }
 

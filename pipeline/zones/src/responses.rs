@@ -66,21 +66,14 @@ impl ChannelLight {
         }
         let lights = &design.colour_lights().radiometric();
         let nodes = SpectralJob { design, lights, model, cache: None, context }.nodes()?;
-        let filters = filters(design);
         let mut parts = Vec::with_capacity(nodes.len());
         for nodes in nodes.chunk_by(|a, b| a.0 == b.0) {
             let light = &lights.lights[nodes[0].0];
             let nm: Vec<f64> = nodes.iter().map(|node| node.1).collect();
-            let through = |filter: &dyn Fn(f64) -> f64| -> Vec<[f64; 3]> {
-                let seen = light.light.seen_through(&nm, filter).into_iter();
-                seen.map(|xyz| xyz.map(|value| value * light.emitted_w)).collect()
-            };
-            let behind: Vec<_> =
-                filters.iter().map(|filter| through(&|nm| filter.at(nm))).collect();
-            for (k, xyz) in through(&|_| 1.0).into_iter().enumerate() {
-                let behind = behind.iter().map(|all| all[k]).collect();
-                let channel = design.channel_of(light);
-                parts.push(Self { channel, lot: channel, xyz, behind });
+            let channel = design.channel_of(light);
+            for mut xyz in design.seen_by_panel(light, &nm) {
+                let behind = xyz.split_off(1);
+                parts.push(Self { channel, lot: channel, xyz: xyz[0], behind });
             }
         }
         Ok(parts)
@@ -92,7 +85,7 @@ impl ChannelLight {
         for light in &design.colour_lights().lights {
             emitted_w[design.channel_of(light)] += light.emitted_w;
         }
-        let sub_pixels = filters(design).len();
+        let sub_pixels = design.sub_pixels().len();
         let part = |channel: usize, place: usize, k: usize| {
             let mut seen = vec![[0.0; 3]; 1 + sub_pixels];
             seen[place][k] = emitted_w[channel];
@@ -108,11 +101,6 @@ impl ChannelLight {
         let all = || self.xyz.iter().chain(self.behind.iter().flatten()).sum();
         if self.xyz[1] > 0.0 { self.xyz[1] } else { all() }
     }
-}
-
-/// Sub-pixels of the panel before `design`.
-fn filters(design: &Design) -> &[SubPixel] {
-    design.panel.as_ref().map_or(&[], |panel| &panel.sub_pixels)
 }
 
 /// Groups of paths of a response in so many parts of the light, or as a whole.
@@ -317,7 +305,7 @@ fn trace_converted(
     what: &str,
     context: RunContext,
 ) -> Result<Vec<Traced>> {
-    let (traced_nm, filters) = (design.traced_nm(), filters(design));
+    let (traced_nm, filters) = (design.traced_nm(), design.sub_pixels());
     // The largest weight of a path, which a bin without any may have missed.
     let largest = |filter: Option<&SubPixel>, k: usize| {
         let seen = |nm: &f64| colour_matching::xyz(*nm)[k] * filter.map_or(1.0, |of| of.at(*nm));
@@ -332,7 +320,7 @@ fn trace_converted(
         let (dome, name) = (DomeChoice::Model(model), design.channels()[channel]);
         let context = RunContext { seed: seeds::of_light(context.seed, name), ..context };
         let what = format!("{what}, {name}");
-        let seen = traces.observe_behind((&lit, filters), dome, &what, context)?;
+        let seen = traces.observe_channels(&lit, dome, &what, context)?;
         let power = seen[0].path_power();
         let colours = seen[1..4].iter().chain(&seen[5..]).enumerate();
         let of_part = |(k, seen)| Traced::of_part(seen, receiver, power * largest[k]);
@@ -388,7 +376,7 @@ fn key(
         fields["parts"] = json!({"count": parts, "channels": lit.channels()});
         if lit.converts() {
             let rows = |of: &SubPixel| json!([of.wavelength_nm, of.transmittance]);
-            fields["parts"]["filters"] = filters(lit).iter().map(rows).collect();
+            fields["parts"]["filters"] = lit.sub_pixels().iter().map(rows).collect();
         }
     }
     Ok(Key::of(&fields))

@@ -47,8 +47,7 @@ impl<'a> WideDesign<'a> {
             request.zones.is_some() || !places.are_free(),
             "--zones: expected columns and rows of zones for packages in no rows, got none"
         );
-        let sub_pixels = design.panel.iter().flat_map(|panel| &panel.sub_pixels).count();
-        let has_colours = design.channels().len() > 1 || sub_pixels > 0;
+        let has_colours = design.channels().len() > 1 || !design.sub_pixels().is_empty();
         let receiver = MapReceiver::new(design, request.receiver, &places, has_colours)?;
         let (step, _) = receiver.over(&places)?;
         let interrupt = Interrupt::default();
@@ -77,9 +76,7 @@ impl<'a> WideDesign<'a> {
         let wide = sizes.filter(|traced| bytes(*traced) <= MAX_BYTES).find_map(|traced| {
             let is_more = (0..2).any(|k| traced[k] > places.stated[k]);
             let wide = is_more.then(|| design.widened(traced, request.receiver)).flatten();
-            wide.filter(|wide| {
-                !(has_colours && wide.converts()) || converted_fits(wide, sub_pixels).is_ok()
-            })
+            wide.filter(|wide| !(has_colours && wide.converts()) || converted_fits(wide).is_ok())
         });
         let stated = wide.as_ref().map(|_| places.stated);
         Ok(Self { design: wide.map_or(Cow::Borrowed(design), Cow::Owned), stated, parts })

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::films::Films;
+use super::panel::SubPixel;
 use super::sources::{CheckedSource, ONE_CHANNEL};
 use super::{Design, medium};
 use crate::check::Context;
@@ -94,6 +95,21 @@ impl Design {
             }
         }
         if channels.is_empty() { vec![ONE_CHANNEL] } else { channels }
+    }
+
+    /// Sub-pixels of the panel; none without one, or without filters of its own.
+    pub fn sub_pixels(&self) -> &[SubPixel] {
+        self.panel.as_ref().map_or(&[], |panel| &panel.sub_pixels)
+    }
+
+    /// X, Y and Z that each of `nodes` stands for in all of a light: open, then behind each sub-pixel.
+    pub fn seen_by_panel(&self, light: &Light, nodes: &[f64]) -> Vec<Vec<[f64; 3]>> {
+        let through = |filter: &dyn Fn(f64) -> f64| light.light.seen_through(nodes, filter);
+        let behind = self.sub_pixels().iter().map(|sub_pixel| through(&|nm| sub_pixel.at(nm)));
+        let all: Vec<_> = std::iter::once(through(&|_| 1.0)).chain(behind).collect();
+        let of_node =
+            |k: usize| all.iter().map(|xyz| xyz[k].map(|v| v * light.emitted_w)).collect();
+        (0..nodes.len()).map(of_node).collect()
     }
 
     /// Number among [`Self::channels`] of the channel of a light.

@@ -193,11 +193,6 @@ impl Colour {
         }
     }
 
-    /// As [`Spectrum::tristimulus`].
-    pub fn tristimulus(&self, nodes: &[f64]) -> Vec<[f64; 3]> {
-        self.seen_through(nodes, &|_| 1.0)
-    }
-
     /// As [`Spectrum::seen_through`].
     pub fn seen_through(&self, nodes: &[f64], filter: &dyn Fn(f64) -> f64) -> Vec<[f64; 3]> {
         match self {

@@ -3,19 +3,20 @@
 
 use std::borrow::Cow;
 
+use design::Design;
 use design::resolved::receivers::CheckedReceiver;
 use metrics::chromaticity::{self, MAX_RELATIVE_ERROR};
 use metrics::colour_regions::Directions;
 use metrics::figures::{
-    ANGLE_DIFFERENCE, COLOUR_DIFFERENCE, ColourFigures, Definition, FAR_FIELD_COLOUR,
-    PARTS_DIFFERENCE, PLANE_COLOUR, RECEIVER_COLOUR,
+    ANGLE_DIFFERENCE, COLOUR_DIFFERENCE, COVERAGE, ColourFigures, Definition, FAR_FIELD_COLOUR,
+    PANEL_WHITE, PARTS_DIFFERENCE, PLANE_COLOUR, RECEIVER_COLOUR,
 };
-use metrics::{Estimate, Grouped, JackknifedFigure, colour_difference, jackknife};
+use metrics::{Estimate, Grouped, JackknifedFigure, colour_difference, gamut, jackknife};
 use results::figure_entry::FigureEntry;
 use tracer::Measurement;
 
 use super::Observation;
-use super::colours::{Regions, region, slice};
+use super::colours::{Colours, Regions, region, slice};
 use super::reader::{Column, Reader};
 
 /// Differences over cell and angle, and the colours of map and far field.
@@ -113,32 +114,72 @@ impl Reader for ColourReader {
     }
 }
 
-/// Colours of a receiver that has one flux.
+/// Colours of a receiver that has one flux, and of the panel before its light.
 pub(super) struct ReceiverColourReader<'a> {
     receiver: &'a CheckedReceiver,
     /// Its region.
     at: usize,
     is_known: bool,
+    panel: Option<PanelBeforeReceiver>,
+}
+
+/// Sub-pixels before the light of a receiver.
+struct PanelBeforeReceiver {
+    /// Regions of the light behind each open one.
+    at: [usize; 3],
+    /// What each passes closed, over open.
+    closed: [f64; 3],
+    /// True where there is light enough behind each to state its colour.
+    is_known: bool,
+}
+
+impl PanelBeforeReceiver {
+    fn new(number: usize, design: &Design, colours: &Colours) -> Option<Self> {
+        let panel = design.panel.as_ref().filter(|panel| !panel.sub_pixels.is_empty())?;
+        let at = [0, 1, 2].map(|s| colours.regions.behind + s * design.receivers.len() + number);
+        let closed = [0, 1, 2].map(|s| panel.sub_pixels[s].black.unwrap_or(1.0 / panel.contrast));
+        Some(Self { at, closed, is_known: at.iter().all(|at| is_known(&colours.sums, *at)) })
+    }
+
+    /// [`PANEL_WHITE`] and [`COVERAGE`].
+    fn figures(&self, sums: &[f64]) -> Vec<f64> {
+        if !self.is_known {
+            return vec![f64::NAN; PANEL_WHITE.all().len() + COVERAGE.len()];
+        }
+        let open = self.at.map(|at| region(sums, at));
+        let sum = |shares: [f64; 3]| {
+            [0, 1, 2].map(|k| (0..3).map(|s| shares[s] * open[s][k]).sum::<f64>())
+        };
+        let primary = |s: usize| {
+            let mut shares = self.closed;
+            shares[s] = 1.0;
+            sum(shares)
+        };
+        let white = chromaticity::figures(sum([1.0; 3]));
+        white.into_iter().chain(gamut::coverages([0, 1, 2].map(primary))).collect()
+    }
 }
 
 impl<'a> ReceiverColourReader<'a> {
     /// `None` of what has no colours, and of surfaces, whose bins hold one another.
-    pub(super) fn new(
-        number: usize,
-        receiver: &'a CheckedReceiver,
-        seen: &Observation,
-    ) -> Option<Self> {
+    pub(super) fn new(number: usize, design: &'a Design, seen: &Observation) -> Option<Self> {
         let colours = seen.colours.as_ref()?;
+        let receiver = &design.receivers[number];
+        if matches!(receiver.detector.measurement, Measurement::Flux(_)) {
+            return None;
+        }
         let at = colours.regions.receivers + number;
-        let has_flux = !matches!(receiver.detector.measurement, Measurement::Flux(_));
-        has_flux.then(|| Self { receiver, at, is_known: is_known(&colours.sums, at) })
+        let panel = PanelBeforeReceiver::new(number, design, colours);
+        Some(Self { receiver, at, is_known: is_known(&colours.sums, at), panel })
     }
 }
 
 impl Reader for ReceiverColourReader<'_> {
     fn columns(&self) -> Vec<Column> {
-        let name = self.receiver.name();
-        RECEIVER_COLOUR.all().map(|figure| Column::plain(figure.of_receiver(name))).into()
+        let behind = PANEL_WHITE.all().into_iter().chain(COVERAGE);
+        let behind = behind.filter(|_| self.panel.is_some());
+        let all = RECEIVER_COLOUR.all().into_iter().chain(behind);
+        all.map(|figure| Column::plain(figure.of_receiver(self.receiver.name()))).collect()
     }
 
     fn sums<'a>(&self, seen: &'a Observation) -> Option<Cow<'a, Grouped>> {
@@ -146,6 +187,8 @@ impl Reader for ReceiverColourReader<'_> {
     }
 
     fn values(&self, sums: &[f64]) -> Vec<f64> {
-        colours(sums, self.at, self.is_known).all().into()
+        let open = colours(sums, self.at, self.is_known).all();
+        let behind = self.panel.iter().flat_map(|panel| panel.figures(sums));
+        open.into_iter().chain(behind).collect()
     }
 }

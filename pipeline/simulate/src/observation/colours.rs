@@ -27,8 +27,16 @@ const WRITTEN: usize = 90;
 /// X, Y and Z of the bins of a receiver.
 pub type Tristimulus = [Grouped; 3];
 
-/// Observations, and the weights that make X, Y and Z of each.
-pub type Parts<'a> = [([f64; 3], &'a Observation)];
+/// An observation of one wavelength, or of X, Y or Z alone.
+#[derive(Debug, Clone)]
+pub struct Part<'a> {
+    /// Weights that make X, Y and Z of it.
+    pub weights: [f64; 3],
+    /// The same behind each open sub-pixel of the panel.
+    pub behind: Vec<[f64; 3]>,
+    /// The observation.
+    pub seen: &'a Observation,
+}
 
 /// X, Y and Z of what an observation saw.
 #[derive(Debug, Clone)]
@@ -67,19 +75,24 @@ pub struct Regions {
     pub upwards: usize,
     /// The first of `[[receivers]]`, each whole.
     pub receivers: usize,
+    /// The first of these behind the first sub-pixel; those of each sub-pixel follow one another.
+    pub behind: usize,
 }
 
 impl Colours {
-    /// Colours of observations of `design` in the same groups, each of one wavelength, or of X, Y or
-    /// Z alone; `None` without one.
-    pub fn new(design: &Design, parts: &Parts, with_arrays: bool) -> Option<Self> {
+    /// Colours of observations of `design` in the same groups; `None` without one.
+    pub fn new(design: &Design, parts: &[Part], with_arrays: bool) -> Option<Self> {
         let reader = RegionReader::new(design);
-        let first = parts.first()?.1;
+        let first = parts.first()?.seen;
         let regions = regions(&reader.read(first, 0));
-        let of_part = |(weights, seen): &([f64; 3], &Observation)| {
+        let of_part = |Part { weights, behind, seen }: &Part| {
             let groups = (0..seen.far_field.count()).map(|group| {
-                let values = reader.read(seen, group).concat().into_iter();
-                values.flat_map(|value| weights.map(|weight| weight * value)).collect()
+                let values = reader.read(seen, group);
+                let receivers = &values[RECEIVERS];
+                let open = values.concat().into_iter().map(|value| (value, weights));
+                let behind = behind.iter().flat_map(|xyz| receivers.iter().map(move |v| (*v, xyz)));
+                let all = open.chain(behind);
+                all.flat_map(|(value, xyz)| xyz.map(|weight| weight * value)).collect()
             });
             Grouped::new(groups.collect())
         };
@@ -102,10 +115,12 @@ pub fn region(sums: &[f64], number: usize) -> [f64; 3] {
 }
 
 impl ColourArrays {
-    fn new(design: &Design, parts: &Parts) -> Self {
+    fn new(design: &Design, parts: &[Part]) -> Self {
         let tristimulus = |bins: usize, of: &dyn Fn(&Observation) -> &Grouped| {
             [0, 1, 2].map(|k| {
-                let parts = parts.iter().map(|(weights, seen)| (weights[k], of(seen)));
+                let is_behind = |part: &Part| part.behind.iter().flatten().any(|w| *w > 0.0);
+                let open = parts.iter().filter(|part| part.weights[k] > 0.0 || !is_behind(part));
+                let parts = open.map(|part| (part.weights[k], of(part.seen)));
                 let parts: Vec<(f64, &Grouped)> = parts.collect();
                 Grouped::weighted_merged(&parts, bins, GROUPS_TOGETHER)
             })
@@ -146,6 +161,7 @@ struct RegionReader<'a> {
 
 /// Values of points, parts, directions, map, far field upwards and receivers.
 type Values = [Vec<f64>; 6];
+const RECEIVERS: usize = 5;
 
 impl<'a> RegionReader<'a> {
     fn new(design: &'a Design) -> Self {
@@ -184,5 +200,5 @@ fn regions(values: &Values) -> Regions {
         start..end
     });
     let [plane, upwards, receivers] = [plane, upwards, receivers].map(|range| range.start);
-    Regions { points, parts, directions, plane, upwards, receivers }
+    Regions { points, parts, directions, plane, upwards, receivers, behind: end }
 }

@@ -8,9 +8,9 @@ use metrics::digits::thousands;
 use metrics::extraction::is_end;
 use metrics::far_field::PeakMethod;
 use metrics::figures::{
-    self, BEAM_ANGLE, CENTRE_TO_PEAK, COLOURS_OF_RECEIVER, Definition, FAR_FIELD_COLOUR,
-    FIELD_ANGLE, INTENSITY_PEAK, INTENSITY_PER_KILOLUMEN, PARABOLA, PEAK_ANGLE, PLANE_COLOUR,
-    RECEIVER_COLOUR, Source, receiver,
+    self, BEAM_ANGLE, CENTRE_TO_PEAK, Definition, FAR_FIELD_COLOUR, FIELD_ANGLE, INTENSITY_PEAK,
+    INTENSITY_PER_KILOLUMEN, PANEL_WHITE, PARABOLA, PEAK_ANGLE, PLANE_COLOUR, RECEIVER_COLOUR,
+    Source, colours_of_receiver, receiver,
 };
 use metrics::kinds::ReceiverKind;
 use metrics::layout::Layout;
@@ -42,12 +42,13 @@ pub fn check_figure(design: &Design, key: &str) -> Result<Definition> {
         bail!("expected a figure that the design has, got {key}, {why}");
     }
     let known = match figure.source {
-        Source::Receiver | Source::ReceiverColours => {
+        Source::Receiver | Source::ReceiverColours | Source::PanelColours => {
             let of = |r: &CheckedReceiver| {
-                let has_colours = has_wavelengths(design) && r.kind() != ReceiverKind::Surface;
-                let colours = has_colours.then_some(COLOURS_OF_RECEIVER);
+                let is_known = |figure: &Definition| {
+                    r.kind() != ReceiverKind::Surface && missing(design, figure).is_none()
+                };
                 let named = |figure: Definition| figure.of_receiver(r.name()).key.into_owned();
-                let all = figures_of(r).chain(colours.into_iter().flatten());
+                let all = figures_of(r).chain(colours_of_receiver().filter(is_known));
                 all.map(named).collect::<Vec<_>>()
             };
             design.receivers.iter().flat_map(of).collect()
@@ -65,7 +66,7 @@ pub fn check_figure(design: &Design, key: &str) -> Result<Definition> {
 
 /// Figures that some light has not, each by the beginning of its key; that of a figure which all such
 /// light has; and why.
-const UNREADABLE: [(&str, &str, &str); 13] = [
+const UNREADABLE: [(&str, &str, &str); 15] = [
     (receiver::WIDTH_U.key, receiver::AXIAL.key, NO_HALF),
     (receiver::WIDTH_V.key, receiver::AXIAL.key, NO_HALF),
     (BEAM_ANGLE.key, PEAK_ANGLE.key, "the intensity does not fall to half of its peak"),
@@ -75,6 +76,8 @@ const UNREADABLE: [(&str, &str, &str); 13] = [
     (INTENSITY_PEAK.key, PEAK_ANGLE.key, NARROW),
     (RECEIVER_COLOUR.cct_k.key, RECEIVER_COLOUR.u_prime.key, NO_RADIATOR),
     (RECEIVER_COLOUR.duv.key, RECEIVER_COLOUR.u_prime.key, NO_RADIATOR),
+    (PANEL_WHITE.cct_k.key, PANEL_WHITE.u_prime.key, NO_RADIATOR),
+    (PANEL_WHITE.duv.key, PANEL_WHITE.u_prime.key, NO_RADIATOR),
     (PLANE_COLOUR.cct_k.key, PLANE_COLOUR.u_prime.key, NO_RADIATOR),
     (PLANE_COLOUR.duv.key, PLANE_COLOUR.u_prime.key, NO_RADIATOR),
     (FAR_FIELD_COLOUR.cct_k.key, FAR_FIELD_COLOUR.u_prime.key, NO_RADIATOR),
@@ -170,8 +173,11 @@ fn missing(design: &Design, figure: &Definition) -> Option<&'static str> {
             "and there is no cell between LEDs of several rows and columns"
         }
         Source::Domes if design.dome.is_none() => "and there is no dome",
-        Source::Colours | Source::ReceiverColours if !has_wavelengths(design) => {
+        of if of.is_of_colours() && !has_wavelengths(design) => {
             "which needs light of several wavelengths ([light.spectrum] or sources of their own)"
+        }
+        Source::PanelColours if design.sub_pixels().is_empty() => {
+            "which needs the sub-pixels of a panel (panel.sub_pixels)"
         }
         _ if *figure == PARABOLA && design.far_field.peak != PeakMethod::Bin => {
             "and far_field.peak is no bin: peak_angle_deg is that of the parabola"

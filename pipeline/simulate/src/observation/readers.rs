@@ -85,7 +85,7 @@ pub(super) fn readers<'a>(
             .then(|| Box::new(SurfaceReader { number: k, receiver }) as Box<dyn Reader + 'a>);
         let by_angle = AngleReader::new(k, receiver, units);
         let by_angle = by_angle.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
-        let colours = ReceiverColourReader::new(k, receiver, seen);
+        let colours = ReceiverColourReader::new(k, design, seen);
         let colours = colours.map(|reader| Box::new(reader) as Box<dyn Reader + 'a>);
         let readers = [of_bins, of_sides, by_angle, colours].into_iter().flatten();
         all.extend(

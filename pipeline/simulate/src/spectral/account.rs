@@ -16,6 +16,7 @@ use results::schema::{EfficiencyEntry, SourceEntry};
 
 use super::rule::{Node, Rule};
 use super::sweep::Sweep;
+use crate::observation::colours::Part;
 use crate::observation::{Observation, of_one_path};
 
 /// The nodes of some lights.
@@ -143,14 +144,16 @@ impl Sweep<'_> {
     }
 
     /// The observations of `rule`, with weights that make X, Y and Z for 1 W of all lights.
-    pub(super) fn tristimulus(&self, rule: &Rule) -> Vec<([f64; 3], &Observation)> {
+    pub(super) fn tristimulus(&self, rule: &Rule) -> Vec<Part<'_>> {
         let mut parts = Vec::with_capacity(rule.len());
         for nodes in rule.chunk_by(|a, b| a.light == b.light) {
             let light = &self.job.lights.lights[nodes[0].light];
             let nm: Vec<f64> = nodes.iter().map(|node| node.nm).collect();
-            let weights = light.light.tristimulus(&nm).into_iter();
-            let weights = weights.map(|xyz| xyz.map(|value| value * light.emitted_w));
-            parts.extend(weights.zip(nodes.iter().map(|node| self.observation(node))));
+            let seen_by = self.job.design.seen_by_panel(light, &nm);
+            parts.extend(nodes.iter().zip(seen_by).map(|(node, mut xyz)| {
+                let behind = xyz.split_off(1);
+                Part { weights: xyz[0], behind, seen: self.observation(node) }
+            }));
         }
         parts
     }
