@@ -112,6 +112,14 @@ pub struct ZonesFile {
     /// `missing` and `leaking`, `halo_itp` and `halo_uv`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colour: Option<ColourEntry>,
+    /// With `--compare-zones`, the same picture in each number of `zones`, the fewest first: `contrast` and
+    /// `hidden` of its halo, light that is `missing`, `power_share`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub by_zones: Vec<ZoneCount>,
+    /// The fewest zones of `by_zones` from which on the eye hides the halo, with `--distance`: `surely` and
+    /// `possibly`, two standard errors and the bounds apart; null where none does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub halo_hidden_from: Option<HiddenFrom>,
 }
 
 impl SealedFile for ZonesFile {
@@ -187,6 +195,12 @@ impl ZonesFile {
                 );
             }
         }
+        for (name, words) in self.by_zones.iter().map(ZoneCount::line) {
+            line(name, words);
+        }
+        if let Some(hidden) = &self.halo_hidden_from {
+            line(format!("{} % of the halo hidden from", 100.0 * hidden.share), hidden.words());
+        }
         if let Some(direct) = &self.direct {
             let words = format!(
                 "chi-square {:.1} over {} zones, at most {:.1} standard errors off",
@@ -195,6 +209,83 @@ impl ZonesFile {
             line("direct trace".to_owned(), words);
         }
         lines
+    }
+}
+
+/// A picture in so many zones.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct ZoneCount {
+    /// Columns and rows.
+    pub zones: [usize; 2],
+    /// As [`Halo::contrast`]; null without black beside bright.
+    pub contrast: Option<FigureEntry>,
+    /// As [`Halo::hidden`]; null without `--distance`.
+    pub hidden: Option<FigureEntry>,
+    /// As [`ColourEntry::missing`]; null without colours.
+    pub missing: Option<FigureEntry>,
+    /// Power over that of full white.
+    pub power_share: f64,
+}
+
+impl ZoneCount {
+    fn count(&self) -> usize {
+        self.zones.iter().product()
+    }
+
+    /// Name and values for people.
+    fn line(&self) -> (String, String) {
+        let fraction = |entry: &FigureEntry| shown::text(entry, Unit::Fraction);
+        let mut parts = vec![format!("power {:.2} %", 100.0 * self.power_share)];
+        let contrast = self.contrast.as_ref().map(|entry| shown::text(entry, Unit::Relative));
+        parts.extend(contrast.map(|contrast| format!("halo contrast {contrast}")));
+        parts.extend(self.hidden.as_ref().map(|entry| format!("hidden {}", fraction(entry))));
+        parts.extend(self.missing.as_ref().map(|entry| format!("missing {}", fraction(entry))));
+        let [columns, rows] = self.zones;
+        (format!("{} zones, {columns} x {rows}", self.count()), parts.join(", "))
+    }
+}
+
+/// Number of zones from which on a halo is hidden.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, Serialize, JsonSchema)]
+pub struct HiddenFrom {
+    /// Share of its light that is enough, [`Self::ENOUGH`].
+    pub share: f64,
+    /// The fewest zones whose share is that or more by two standard errors and its bounds, as are those of
+    /// all larger numbers; null where none is.
+    pub surely: Option<usize>,
+    /// The fewest that may be by these errors; null where none is.
+    pub possibly: Option<usize>,
+}
+
+impl HiddenFrom {
+    /// Share of a halo that is hidden where little of it shows. Chosen.
+    pub const ENOUGH: f64 = 0.95;
+
+    /// Of numbers of zones, the fewest first; `None` where one has no share.
+    pub fn new(by_zones: &[ZoneCount]) -> Option<Self> {
+        let shares = by_zones.iter().map(|of| Some((of.count(), of.hidden?)));
+        let shares = shares.collect::<Option<Vec<_>>>().filter(|all| !all.is_empty())?;
+        let from = |side: f64| {
+            let is_enough = |entry: &FigureEntry| {
+                let of_chance = entry.value + side * 2.0 * entry.standard_error;
+                let [low, high] = entry.ends().unwrap_or([of_chance; 2]);
+                let end = if side > 0.0 { of_chance.max(high) } else { of_chance.min(low) };
+                end >= Self::ENOUGH
+            };
+            let last = shares.iter().rev().take_while(|(_, entry)| is_enough(entry)).last();
+            last.map(|(count, _)| *count)
+        };
+        Some(Self { share: Self::ENOUGH, surely: from(-1.0), possibly: from(1.0) })
+    }
+
+    /// Words for people.
+    fn words(&self) -> String {
+        match (self.possibly, self.surely) {
+            (Some(least), Some(most)) if least == most => format!("{most} zones"),
+            (Some(least), Some(most)) => format!("{least} to {most} zones"),
+            (Some(least), None) => format!("{least} zones or more, not resolved"),
+            (None, _) => "none of these".to_owned(),
+        }
     }
 }
 
@@ -468,5 +559,41 @@ impl ColourEntry {
                 line("grey ramp, Δu'v' from white".to_owned(), words);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use metrics::Estimate;
+
+    use super::*;
+
+    #[test]
+    fn a_halo_is_hidden_from_the_number_that_errors_allow() {
+        let of = |shares: &[(f64, f64)]| {
+            let one = |(k, (value, error)): (usize, &(f64, f64))| ZoneCount {
+                zones: [k + 1, 10],
+                contrast: None,
+                hidden: Some(FigureEntry::share(Estimate::new(*value, *error))),
+                missing: None,
+                power_share: 1.0,
+            };
+            let all: Vec<_> = shares.iter().enumerate().map(one).collect();
+            HiddenFrom::new(&all).expect("shares")
+        };
+        let clear = of(&[(0.5, 0.01), (0.8, 0.01), (0.97, 0.004), (0.99, 0.001)]);
+        assert_eq!((clear.possibly, clear.surely), (Some(30), Some(30)));
+        assert_eq!(clear.words(), "30 zones");
+        // More zones that hide less: from behind them alone.
+        let back = of(&[(0.99, 0.001), (0.9, 0.001), (0.99, 0.001)]);
+        assert_eq!((back.possibly, back.surely), (Some(30), Some(30)));
+        let noisy = of(&[(0.5, 0.01), (0.94, 0.01), (0.96, 0.01), (0.99, 0.001)]);
+        assert_eq!((noisy.possibly, noisy.surely), (Some(20), Some(40)));
+        assert_eq!(noisy.words(), "20 to 40 zones");
+        let open = of(&[(0.5, 0.01), (0.94, 0.01)]);
+        assert_eq!((open.possibly, open.surely), (Some(20), None));
+        let none = of(&[(0.5, 0.01), (0.7, 0.01)]);
+        assert_eq!(none.words(), "none of these");
+        assert!(HiddenFrom::new(&[]).is_none());
     }
 }

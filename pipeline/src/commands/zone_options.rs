@@ -52,6 +52,15 @@ pub struct ZonesArgs {
         value_parser = columns_and_rows
     )]
     pub zones: Option<[usize; 2]>,
+    /// Another number of zones, in which the halo of the same picture is compared; once for each
+    #[arg(
+        long,
+        value_name = "COLUMNSxROWS",
+        allow_hyphen_values = true,
+        requires = "levels",
+        value_parser = columns_and_rows
+    )]
+    pub compare_zones: Vec<[usize; 2]>,
     /// Packages of a larger array, for which those of the design stand [default: those of the
     /// design]
     #[arg(

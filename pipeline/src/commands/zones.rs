@@ -20,8 +20,8 @@ use report::plots::{Heading, IlluminanceMap, SeenPicture, illuminance_map, seen}
 use results::figure_entry::FigureEntry;
 use results::sealed_file::SealedFile;
 use results::zones::{
-    BeyondReach, COLOUR_PICTURES, Direct, FILE, FILM_FOLDER, FILM_TABLE, Halo, LightSpread, MAPS,
-    Radius, SCHEMA_VERSION, SPREAD, ViewingEntry, ZonesFile,
+    BeyondReach, COLOUR_PICTURES, Direct, FILE, FILM_FOLDER, FILM_TABLE, Halo, HiddenFrom,
+    LightSpread, MAPS, Radius, SCHEMA_VERSION, SPREAD, ViewingEntry, ZoneCount, ZonesFile,
 };
 use runtime::atomic_file::{write_bytes, write_json};
 use runtime::content_hash::sealed;
@@ -80,9 +80,23 @@ pub fn of_design(
     };
     let file = || arguments.design.display().to_string();
     let wide = WideDesign::new(&design, model, request).with_context(file)?;
-    let zoned = ZonedDesign::new(&wide, model, request).with_context(file)?;
-    let pictures = Pictures::new((arguments, texts), &zoned)?;
-    Command { arguments, design: &design, model, zoned: &zoned, pictures }.compute(context)
+    let others = arguments.compare_zones.iter().map(|zones| Some(*zones));
+    let zoned = std::iter::once(request.zones).chain(others).map(|zones| {
+        ZonedDesign::new(&wide, model, Request { zones, ..request }).with_context(file)
+    });
+    let zoned = zoned.collect::<Result<Vec<_>>>()?;
+    let command = |zoned| -> Result<Command> {
+        let pictures = Pictures::new((arguments, texts), zoned)?;
+        Ok(Command { arguments, design: &design, model, zoned, pictures })
+    };
+    let commands = zoned.iter().map(command).collect::<Result<Vec<_>>>()?;
+    let (command, others) = commands.split_first().context("--zones: expected some, got none")?;
+    ensure!(
+        others.is_empty() || command.pictures.files.len() == 1,
+        "--compare-zones: expected one --picture, got a folder of {}",
+        command.pictures.files.len()
+    );
+    command.compute(others, context)
 }
 
 /// A checked command.
@@ -95,7 +109,8 @@ struct Command<'a> {
 }
 
 impl Command<'_> {
-    fn compute(&self, context: RunContext) -> Result<()> {
+    /// Computes all, and beside it the halo of the same picture in the zones of `others`.
+    fn compute(&self, others: &[Self], context: RunContext) -> Result<()> {
         let started = Instant::now();
         for warning in warnings(self.design)? {
             context.console.warn(&warning);
@@ -131,17 +146,7 @@ impl Command<'_> {
             "before {FILE} was written; finished responses stay in `{}`",
             cache.directory().display()
         ));
-        let mut array = self.zoned.light(&cache, context)?;
-        let mut full = None;
-        if self.zoned.has_colours() {
-            let panel = self.design.panel.as_ref();
-            let names = self.design.channels();
-            let channels = Channels { names: &names, white: self.arguments.white };
-            let panel = (panel, self.pictures.contrast);
-            let drive = array.full_drive_of(panel, channels, (&cache, context))?;
-            array = array.driven_by(&drive);
-            full = Some(drive);
-        }
+        let (array, full) = self.light(&cache, context)?;
         let frame = self.shown(&array, full.as_ref(), &cache, context)?;
         let found = &frame.dimmed;
         if found.reference.beyond.as_ref().is_some_and(|beyond| beyond.share.is_none()) {
@@ -172,7 +177,20 @@ impl Command<'_> {
             .map(|full| self.pictures.test_patterns(&array, full, &cache, context))
             .transpose()?;
         let colour = full.map(|full| self.pictures.colour_entry(&full, (&frame, patterns)));
-        let file = ZonesFile { colour, ..self.describe(found, written, context.seed) };
+        let mut by_zones = Vec::new();
+        for other in others {
+            let (array, full) = other.light(&cache, context)?;
+            let path = other.pictures.files.first().map(PathBuf::as_path);
+            let frame = other.pictures.frame(path, &array, full.as_ref(), &cache, context)?;
+            by_zones.push(other.zone_count(&frame));
+        }
+        if !by_zones.is_empty() {
+            by_zones.push(self.zone_count(&frame));
+            by_zones.sort_by_key(|of| of.zones.iter().product::<usize>());
+        }
+        let halo_hidden_from = HiddenFrom::new(&by_zones);
+        let file = self.describe(found, written, context.seed);
+        let file = ZonesFile { colour, by_zones, halo_hidden_from, ..file };
         let json = sealed(serde_json::to_value(&file)?)?;
         write_json(&out.join(FILE), &json)?;
         context.console.result(&json, || {
@@ -182,6 +200,31 @@ impl Command<'_> {
             let table: String = lines.collect();
             format!("{table}{seconds:.1} s; results in {}", out.display())
         })
+    }
+
+    /// Light of the packages, and where there are colours the panel at full drive.
+    fn light(&self, cache: &Cache, context: RunContext) -> Result<(Array<'_>, Option<FullDrive>)> {
+        let array = self.zoned.light(cache, context)?;
+        if !self.zoned.has_colours() {
+            return Ok((array, None));
+        }
+        let names = self.design.channels();
+        let channels = Channels { names: &names, white: self.arguments.white };
+        let panel = (self.design.panel.as_ref(), self.pictures.contrast);
+        let drive = array.full_drive_of(panel, channels, (cache, context))?;
+        Ok((array.driven_by(&drive), Some(drive)))
+    }
+
+    /// Halo and power of this number of zones.
+    fn zone_count(&self, frame: &Frame) -> ZoneCount {
+        let found = &frame.dimmed;
+        ZoneCount {
+            zones: self.zoned.zones,
+            contrast: found.halo.map(|[.., contrast]| FigureEntry::bounded(contrast)),
+            hidden: found.hidden.map(FigureEntry::share),
+            missing: found.colours.as_ref().and_then(|of| of.missing).map(FigureEntry::share),
+            power_share: frame.power_share,
+        }
     }
 
     /// Shows all pictures, and writes the table and the pictures of several; the first.
@@ -443,6 +486,8 @@ impl Command<'_> {
                 largest: direct.largest,
             }),
             colour: None,
+            by_zones: Vec::new(),
+            halo_hidden_from: None,
         }
     }
 }

@@ -21,7 +21,7 @@ from __future__ import annotations
 import contextlib
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Literal, Union, get_args
 
@@ -329,6 +329,7 @@ def zones(
     transfer: str | None = None,
     gamut: str | None = None,
     zones: tuple[int, int] | None = None,
+    compare_zones: Sequence[tuple[int, int]] = (),
     packages: tuple[int, int] | None = None,
     receiver: str | None = None,
     contrast: float | None = None,
@@ -366,6 +367,8 @@ def zones(
     zones, packages : (int, int), optional
         Columns and rows of zones [default: one for each package], and of packages for which those of
         the design stand [default: those of the design].
+    compare_zones : sequence of (int, int)
+        Other numbers of zones in which the halo of the picture is compared; needs `levels`.
     receiver : str, optional
         Plane or luminance receiver [default: the plane of `receiver`].
     contrast : float, optional
@@ -410,6 +413,8 @@ def zones(
         direct=direct,
         paths=paths,
     )
+    for other in compare_zones:
+        options.append(f"--compare-zones={_columns_and_rows('compare_zones', other)}")
     of_channels = pattern if isinstance(pattern, Mapping) else {"": pattern}
     for channel, one in of_channels.items():
         if one is not None:

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: MIT OR Apache-2.0
+//! `batwing zones --compare-zones`: one picture in several numbers of zones.
+
+use crate::support::binary::batwing;
+use crate::zone_colours::{folder, value, write_png, zones};
+
+/// Other numbers of zones beside the own one are what each is by itself.
+#[test]
+fn numbers_of_zones_are_compared_in_one_command() {
+    let folder = folder();
+    let at = folder.path();
+    let mut pixels = vec![0; 3 * 36];
+    pixels[3 * 14..][..3].fill(255);
+    write_png(&at.join("star.png"), 6, &pixels);
+    let line = "--picture star.png --levels max --contrast 1000 --distance 600";
+    let found = zones(at, &format!("{line} --compare-zones 1x1 --compare-zones 1x3"), "all");
+    let counts = found["by_zones"].as_array().expect("numbers of zones");
+    for (zones_of, count) in ["1x1", "1x3", "3x3"].into_iter().zip(counts) {
+        let alone = zones(at, &format!("{line} --zones {zones_of}"), zones_of);
+        assert_eq!(count["zones"], alone["zones"]);
+        for name in ["contrast", "hidden"] {
+            assert_eq!(count[name], alone["halo"][name], "{zones_of}: {name}");
+        }
+        for name in ["missing", "power_share"] {
+            assert_eq!(count[name], alone["colour"][name], "{zones_of}: {name}");
+        }
+        assert!(alone.get("by_zones").is_none() && alone.get("halo_hidden_from").is_none());
+    }
+    assert_eq!(counts.len(), 3);
+    assert_eq!(found["halo_hidden_from"]["share"], 0.95);
+    // Fewer zones light more black.
+    assert!(value(&counts[0]["contrast"]) > value(&counts[2]["contrast"]));
+    std::fs::create_dir(at.join("pictures")).expect("a folder");
+    for name in ["a.png", "b.png"] {
+        write_png(&at.join("pictures").join(name), 6, &pixels);
+    }
+    for (options, says) in [
+        ("--picture star.png --levels max --compare-zones 2x2", "--zones: expected"),
+        (
+            "--picture pictures --levels max --compare-zones 1x1",
+            "--compare-zones: expected one --picture, got a folder of 2",
+        ),
+        ("--pattern some.csv --compare-zones 1x1", "--levels"),
+    ] {
+        let line = format!("zones rgb.toml {options} --receiver front --quiet --out refused");
+        let output = batwing(at).args(line.split_whitespace()).output().expect("run");
+        let words = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && words.contains(says), "{words}");
+        assert!(!at.join("refused").exists());
+    }
+}
