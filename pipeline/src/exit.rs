@@ -71,29 +71,3 @@ pub fn of_command_line(error: &clap::Error) -> u8 {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use anyhow::Context;
-
-    #[test]
-    fn a_cause_is_printed_once() {
-        let missing = std::fs::File::open("no/such/file").unwrap_err();
-        let text = missing.to_string();
-        let nested = tempfile::Builder::new().tempfile_in("no/such").unwrap_err();
-        let said = message(&anyhow::Error::new(nested).context("cannot write"));
-        assert_eq!(said.matches(&text).count(), 1, "{said}");
-        let said = message(&anyhow::Error::new(missing).context("x.toml: cannot read it"));
-        assert_eq!(said, format!("x.toml: cannot read it: {text}"));
-    }
-
-    #[test]
-    fn exit_codes_follow_the_cause() {
-        assert_eq!(report(&anyhow::anyhow!("no such file")), 1);
-        let terminated = Stopped { line: "interrupted".to_owned(), exit_code: 143 };
-        assert_eq!(report(&terminated.into()), 143);
-        let closed = Err::<(), _>(Closed).context("while printing").unwrap_err();
-        assert_eq!(report(&closed), 141);
-    }
-}

@@ -30,5 +30,3 @@ pub mod commands;
 pub mod exit;
 pub mod paper_figures;
 pub mod ray_export;
-#[cfg(test)]
-mod tests;

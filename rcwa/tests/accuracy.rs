@@ -183,8 +183,8 @@ fn off_in_tm(solved: &SolvedDirections) -> f64 {
 }
 
 #[test]
-#[ignore = "slow: metal in TM by stairs (15 s)"]
-fn a_metal_relief_in_tm_gives_what_is_reached_with_an_error_that_bounds() {
+#[ignore = "nightly: metal in TM by stairs (15 s)"]
+fn nightly_a_metal_relief_in_tm_gives_what_is_reached_with_an_error_that_bounds() {
     let interface = silver_sinusoid();
     let direction = Direction { kx: 10f64.to_radians().sin(), ky: 0.0, azimuth: 0.0 };
     let (side, directions) = (Side::Bottom, [direction]);

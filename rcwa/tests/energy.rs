@@ -53,8 +53,8 @@ fn point(i: usize) -> (f64, f64) {
 }
 
 #[test]
-#[ignore = "slow: up to 321 orders or 512 slices (8 s)"]
-fn hundreds_of_orders_and_of_slices() {
+#[ignore = "nightly: up to 321 orders or 512 slices (8 s)"]
+fn nightly_hundreds_of_orders_and_of_slices() {
     let mut count = 0;
     for (i, (orders, slices)) in [(121, 64), (41, 512), (201, 16), (321, 6)].into_iter().enumerate()
     {
@@ -87,8 +87,8 @@ fn normal_incidence_zone_borders_and_cut_offs() {
 }
 
 #[test]
-#[ignore = "slow: up to 241 orders or 384 slices in real arithmetic (10 s)"]
-fn real_arithmetic_at_both_self_mirror_wavevectors() {
+#[ignore = "nightly: up to 241 orders or 384 slices in real arithmetic (10 s)"]
+fn nightly_real_arithmetic_at_both_self_mirror_wavevectors() {
     let mut count = 0;
     for (orders, slices) in [(121, 96), (61, 384), (241, 24)] {
         let stack = triangle(6.7, slices);

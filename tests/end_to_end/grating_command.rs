@@ -285,8 +285,8 @@ fn assert_by_orders(case: &Value) {
 
 /// A dielectric, and metal with given orders, are solved by orders.
 #[test]
-#[ignore = "slow: 28 s"]
-fn orders_solve_what_they_are_asked_for() {
+#[ignore = "nightly: 28 s"]
+fn nightly_orders_solve_what_they_are_asked_for() {
     assert_by_orders(&with(&reliefs()[1].1, "tolerance", json!(0.01)));
     assert_by_orders(&with(&echelette([0.7, 5.7], "s"), "N", json!(8)));
 }

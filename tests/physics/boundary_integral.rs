@@ -342,8 +342,8 @@ fn difference_of(
 /// In TE the slices' error is quadratic and extrapolated away; in TM the stairs' edges leave one
 /// that falls about as fast as the slices grow in number, and the orders.
 #[test]
-#[ignore = "slow: 13 s"]
-fn the_rcwa_approaches_the_same_efficiencies() {
+#[ignore = "nightly: 13 s"]
+fn nightly_the_rcwa_approaches_the_same_efficiencies() {
     // Level tread and upright riser; a triangle; one that leans over its neighbour's foot.
     for apex in [[1.2, 0.6], [0.6, 0.7], [1.8, 0.5]] {
         let relief = triangle(1.5, apex);

@@ -39,8 +39,8 @@ fn share(incidence: &Incidence, side: Side) -> f64 {
 /// In the plane of incidence integral equations know the answer. Stairs would take hundreds of
 /// orders here: in TM their edges leave what only orders and stairs together take away.
 #[test]
-#[ignore = "slow: 15 s"]
-fn dielectrics_of_any_contrast_keep_their_tolerance() {
+#[ignore = "nightly: 15 s"]
+fn nightly_dielectrics_of_any_contrast_keep_their_tolerance() {
     for (index, period, apex) in [
         (2.9, 1.5, [1.2, 0.6]),
         (3.5, 0.9, [0.6, 0.4]),

@@ -105,24 +105,3 @@ pub(super) fn finite(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|v: &f64| v.is_finite());
     number.ok_or_else(|| "expected a finite number".to_owned())
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_of_paths_are_written_as_people_write_them() {
-        for (text, number) in [
-            ("640000", 640_000),
-            ("1_000_000", 1_000_000),
-            ("1e6", 1_000_000),
-            ("2.5e6", 2_500_000),
-        ] {
-            assert_eq!(paths(text), Ok(number), "{text}");
-        }
-        for text in ["", "0", "-5", "1.5", "1e300", "nan", "many", "1e-3", "0x10"] {
-            let said = paths(text).expect_err(text);
-            assert!(said.starts_with("expected a whole number from "), "{text}: {said}");
-        }
-    }
-}

@@ -2,7 +2,7 @@
 //! `batwing export`: designs, tables of diffraction orders and far fields in the formats of other
 //! programs.
 
-mod far_field;
+pub mod far_field;
 
 use std::path::PathBuf;
 use std::sync::Arc;

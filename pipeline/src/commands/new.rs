@@ -80,18 +80,3 @@ pub fn run(arguments: &NewArgs, context: RunContext) -> Result<()> {
         format!("{shown}\nnext: batwing check {shown}; batwing run {shown} --out {name}-results")
     })
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn designs_are_valid_under_any_good_name() {
-        for template in [Template::Package, Template::Backlight, Template::RgbBacklight] {
-            let text = text("my-own.2", template).expect("a valid design");
-            let design = design::parse("a.toml", &text, Path::new("")).expect("the same");
-            assert_eq!(design.name, "my-own.2");
-            assert!(super::text("a/b", template).is_err());
-        }
-    }
-}

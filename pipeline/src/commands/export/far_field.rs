@@ -72,7 +72,10 @@ pub fn of_results(directory: &Path) -> Result<Stored> {
 
 /// The far field of a results directory, whether or not a run wrote it so, and the flux that it is one
 /// of.
-fn as_it_stands(directory: &Path, model: &Value) -> Result<(Distribution, f64)> {
+///
+/// # Errors
+/// A file that cannot be read, light of no flux.
+pub fn as_it_stands(directory: &Path, model: &Value) -> Result<(Distribution, f64)> {
     let path = directory.join("far_field.npy");
     let far = read_far_field(&path).with_context(|| path.display().to_string())?;
     let flux = if is_in_candela(directory) && is_converted(model) {
@@ -166,7 +169,10 @@ fn stated(model: &Value, pointer: &str) -> Option<f64> {
 }
 
 /// The model whose results directory this is, in `results.json` of the run; null where it is not there.
-fn model(directory: &Path) -> Result<Value> {
+///
+/// # Errors
+/// A directory or a `results.json` that cannot be read.
+pub fn model(directory: &Path) -> Result<Value> {
     let directory = directory.canonicalize()?;
     let names: Vec<_> = directory.iter().rev().take(2).collect();
     let found = || -> Option<Value> {
@@ -201,34 +207,4 @@ fn read_far_field(path: &Path) -> Result<Distribution> {
         powers.push(value * sphere.ring_sr(i) / azimuths as f64);
     }
     distribution(&powers, &sphere)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use arrays::csv::write_npy;
-
-    #[test]
-    fn candela_of_results_are_taken_for_the_lumens_emitted() {
-        let top = tempfile::tempdir().expect("a directory");
-        let folder = top.path().join("W/geometric");
-        std::fs::create_dir_all(&folder).expect("made");
-        let is_lit = |i: usize| i < 45 * 36;
-        let bins: Vec<f64> = (0..2 * 90 * 36)
-            .map(|i| if is_lit(i) { 300.0 / std::f64::consts::TAU } else { 0.0 })
-            .collect();
-        write_npy(&folder.join("far_field.npy"), &[2, 90, 36], &bins).expect("written");
-        let flux = || {
-            let model = model(&folder).expect("a folder");
-            as_it_stands(&folder, &model).map(|(far, _)| far.flux())
-        };
-        assert!((flux().expect("W/sr") / 300.0 - 1.0).abs() < 1e-9);
-        let heading = "theta_deg,mean_over_azimuth_intensity_cd\n";
-        std::fs::write(folder.join("far_field.csv"), heading).expect("written");
-        let error = format!("{:#}", flux().expect_err("no results.json"));
-        assert!(error.contains("expected emitted_lm of this model in `results.json`"), "{error}");
-        let json = r#"{"designs": {"W": {"geometric": {"spectrum": {"emitted": {"emitted_lm": 320.0}}}}}}"#;
-        std::fs::write(top.path().join("results.json"), json).expect("written");
-        assert!((flux().expect("cd") / (300.0 / 320.0) - 1.0).abs() < 1e-9);
-    }
 }

@@ -9,9 +9,18 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
+use clap::ValueEnum;
 use serde_json::Value;
+
+use design::json_schema::of_file;
+use gratings::grating_case::keys::CaseKeys;
+use pipeline::commands::schema::InputFile;
+use results::package::PackageFile;
+use results::schema::ResultsFile;
+use results::zones::ZonesFile;
 
 const BEGIN: &str = "<!-- keys:";
 const END: &str = "<!-- end -->";
@@ -20,7 +29,7 @@ const END: &str = "<!-- end -->";
 ///
 /// # Errors
 /// A place without an end, or of a table that the file does not have.
-pub fn fill(page: &str, schema: &Value) -> Result<String> {
+fn fill(page: &str, schema: &Value) -> Result<String> {
     let mut filled = String::new();
     let mut rest = page;
     while let Some(start) = rest.find(BEGIN) {
@@ -179,61 +188,46 @@ fn list(schema: &Value) -> String {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use std::path::PathBuf;
-
-    use clap::ValueEnum;
-    use design::json_schema::of_file;
-
-    use super::*;
-    use crate::commands::schema::InputFile;
-    use gratings::grating_case::keys::CaseKeys;
-    use results::package::PackageFile;
-    use results::schema::ResultsFile;
-    use results::zones::ZonesFile;
-
-    /// Rewrites the pages where `BATWING_BLESS` is set.
-    #[test]
-    fn key_tables_of_the_reference_are_fresh() {
-        let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/reference");
-        let files = InputFile::value_variants().iter().map(|file| {
-            let name = file.to_possible_value().expect("a name");
-            (format!("{}-file.md", name.get_name()), file.schema())
-        });
-        let case = ("grating-case.md".to_owned(), of_file::<CaseKeys>("Case"));
-        let results = serde_json::json!({"properties": {
-            "results": of_file::<ResultsFile>("Results"),
-            "package": of_file::<PackageFile>("Package"),
-            "zones": of_file::<ZonesFile>("Zones"),
-        }});
-        let results = ("results-schema.md".to_owned(), results);
-        for (page, schema) in files.chain([case, results]) {
-            let path = folder.join(&page);
-            let text = std::fs::read_to_string(&path).expect("a page");
-            let fresh = fill(&text, &schema).expect("tables");
-            if std::env::var_os("BATWING_BLESS").is_some() {
-                std::fs::write(&path, fresh).expect("written");
-            } else {
-                assert!(text == fresh, "{page}: stale tables: test once with BATWING_BLESS=1");
-            }
+/// Rewrites the pages where `BATWING_BLESS` is set.
+#[test]
+fn key_tables_of_the_reference_are_fresh() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../docs/reference");
+    let files = InputFile::value_variants().iter().map(|file| {
+        let name = file.to_possible_value().expect("a name");
+        (format!("{}-file.md", name.get_name()), file.schema())
+    });
+    let case = ("grating-case.md".to_owned(), of_file::<CaseKeys>("Case"));
+    let results = serde_json::json!({"properties": {
+        "results": of_file::<ResultsFile>("Results"),
+        "package": of_file::<PackageFile>("Package"),
+        "zones": of_file::<ZonesFile>("Zones"),
+    }});
+    let results = ("results-schema.md".to_owned(), results);
+    for (page, schema) in files.chain([case, results]) {
+        let path = folder.join(&page);
+        let text = std::fs::read_to_string(&path).expect("a page");
+        let fresh = fill(&text, &schema).expect("tables");
+        if std::env::var_os("BATWING_BLESS").is_some() {
+            std::fs::write(&path, fresh).expect("written");
+        } else {
+            assert!(text == fresh, "{page}: stale tables: test once with BATWING_BLESS=1");
         }
     }
+}
 
-    #[test]
-    fn a_table_of_kinds_says_which_kind_takes_a_key() {
-        let schema = serde_json::json!({"properties": {"solids": {"items": {"oneOf": [
-            {"description": "A ball.", "required": ["kind", "radius"],
-                "properties": {"kind": {"const": "ball"}, "radius": {"type": "number"}}},
-            {"description": "A slab.", "required": ["kind"],
-                "properties": {"kind": {"const": "slab"}, "flat": {"type": "boolean", "default": true}}},
-        ]}}}});
-        let page = "Before\n<!-- keys: solids -->stale<!-- end -->\nafter";
-        let expected = "Before\n<!-- keys: solids -->\n\n| key | value | meaning |\n|---|---|---|\n\
-            | `kind` | `\"ball\"`, `\"slab\"`; required | `\"ball\"`: A ball; `\"slab\"`: A slab |\n\
-            | `radius` | number; required | Of `ball`.  |\n\
-            | `flat` | `true`, `false`; default `true` | Of `slab`.  |\n\n<!-- end -->\nafter";
-        assert_eq!(fill(page, &schema).expect("filled"), expected);
-        assert!(fill("<!-- keys: none --><!-- end -->", &schema).is_err());
-    }
+#[test]
+fn a_table_of_kinds_says_which_kind_takes_a_key() {
+    let schema = serde_json::json!({"properties": {"solids": {"items": {"oneOf": [
+        {"description": "A ball.", "required": ["kind", "radius"],
+            "properties": {"kind": {"const": "ball"}, "radius": {"type": "number"}}},
+        {"description": "A slab.", "required": ["kind"],
+            "properties": {"kind": {"const": "slab"}, "flat": {"type": "boolean", "default": true}}},
+    ]}}}});
+    let page = "Before\n<!-- keys: solids -->stale<!-- end -->\nafter";
+    let expected = "Before\n<!-- keys: solids -->\n\n| key | value | meaning |\n|---|---|---|\n\
+        | `kind` | `\"ball\"`, `\"slab\"`; required | `\"ball\"`: A ball; `\"slab\"`: A slab |\n\
+        | `radius` | number; required | Of `ball`.  |\n\
+        | `flat` | `true`, `false`; default `true` | Of `slab`.  |\n\n<!-- end -->\nafter";
+    assert_eq!(fill(page, &schema).expect("filled"), expected);
+    assert!(fill("<!-- keys: none --><!-- end -->", &schema).is_err());
 }

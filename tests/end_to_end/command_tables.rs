@@ -4,14 +4,16 @@
 //! A page holds it between `<!-- commands -->` and `<!-- end -->`.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
-use clap::{Arg, Command};
+use clap::{Arg, Command, CommandFactory};
+use pipeline::cli::Cli;
 
 const BEGIN: &str = "<!-- commands -->";
 const END: &str = "<!-- end -->";
 
 /// Fills the place of the list; `None` of a page without one.
-pub fn fill(page: &str, cli: &Command) -> Option<String> {
+fn fill(page: &str, cli: &Command) -> Option<String> {
     let (before, place) = page.split_once(BEGIN)?;
     let (_, after) = place.split_once(END)?;
     let mut list = table("Options of all commands", cli.get_arguments().collect());
@@ -70,28 +72,18 @@ fn words(argument: &Arg) -> String {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use std::path::PathBuf;
-
-    use clap::CommandFactory;
-
-    use super::*;
-    use crate::cli::Cli;
-
-    /// Rewrites the page where `BATWING_BLESS` is set.
-    #[test]
-    fn commands_of_the_reference_are_fresh() {
-        let page = "../docs/reference/command-line.md";
-        let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(page);
-        let text = std::fs::read_to_string(&path).expect("a page");
-        let mut cli = Cli::command();
-        cli.build();
-        let fresh = fill(&text, &cli).expect("a place");
-        if std::env::var_os("BATWING_BLESS").is_some() {
-            std::fs::write(&path, fresh).expect("written");
-        } else {
-            assert!(text == fresh, "{page}: stale: test once with BATWING_BLESS=1");
-        }
+/// Rewrites the page where `BATWING_BLESS` is set.
+#[test]
+fn commands_of_the_reference_are_fresh() {
+    let page = "../docs/reference/command-line.md";
+    let path = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join(page);
+    let text = std::fs::read_to_string(&path).expect("a page");
+    let mut cli = Cli::command();
+    cli.build();
+    let fresh = fill(&text, &cli).expect("a place");
+    if std::env::var_os("BATWING_BLESS").is_some() {
+        std::fs::write(&path, fresh).expect("written");
+    } else {
+        assert!(text == fresh, "{page}: stale: test once with BATWING_BLESS=1");
     }
 }
