@@ -34,7 +34,8 @@ ROWS += [(design, 0.0, 16, 2) for design in ("d1", "d2", "d3")]
 ROWS += [(design, 0.0, 8, 5) for design in DESIGNS]
 ROWS += [(design, 0.0, 34, 2) for design in ("d1", "d2")]
 ROWS += [(design, 0.0, 8, 10) for design in ("d1", "d2", "d3")]
-ROWS += [("d1", 0.0, 8, 20), ("d1", 0.0, 34, 10), ("d2", 0.0, 34, 10), ("d1", 0.0, 170, 10)]
+ROWS += [("d1", 0.0, 8, 20), ("d1", 0.0, 34, 10), ("d2", 0.0, 34, 10)]
+ROWS += [("d1", 0.0, 170, 10), ("d2", 0.0, 170, 10)]
 
 
 def design_file(folder, name, offset_mm):

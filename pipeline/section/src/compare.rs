@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use results::full_wave::{Binned, Comparison, Distance, FarField, Figures, Model};
 use runtime::key::Key;
-use runtime::store::Store;
+use runtime::store::{Store, program_sha256};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
@@ -21,6 +21,10 @@ pub const FINE_DEG: f64 = 0.5;
 pub const WIDTHS_DEG: [f64; 3] = [1.0, 2.5, 5.0];
 /// Sets of sources, each a lattice with a random shift of its own.
 pub const SETS: usize = 12;
+/// Folder of the cache with the solutions of full wave.
+const FOLDER: &str = "full-wave";
+/// Bytes of all of them, beyond which the oldest go.
+const MAX_BYTES: u64 = 256 << 20;
 
 /// Sources in the dome.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,7 +116,8 @@ pub fn body(section: &Section, resolution: Resolution) -> Result<Body> {
 }
 
 /// Computes the far fields: of a smooth dome the hybrid is rays, and is left out. `progress` is told
-/// what begins, and may stop it. Each polarisation of full wave is kept in `store` once it is solved.
+/// what begins, and may stop it. Each polarisation of full wave stays in the cache of `store` once it is solved:
+/// designs of one size share their smooth dome.
 ///
 /// # Errors
 /// Those of [`body`] and of the tables; sources outside the dome; what `progress` returns.
@@ -128,14 +133,15 @@ pub fn compare(
     let Resolution { nodes_per_wavelength, target, .. } = request.resolution;
     // Decimals name the bits of the numbers.
     let all = format!("{section:?}, {nodes_per_wavelength:?}, {target:?}, {places:?}");
-    let key = Key::of(&json!({ "full_wave": all }));
-    let kept = store.map(|store| store.entries(key));
+    let key = Key::of(&json!({ "full_wave": all, "program": program_sha256()? }));
+    let lasting = store.map(|store| store.lasting_beside(FOLDER, MAX_BYTES));
+    let kept = lasting.as_ref().map(|store| store.entries(key));
     for (number, polarisation) in [(0, Polarisation::Te), (1, Polarisation::Tm)] {
-        progress(&format!("full wave, {polarisation}"))?;
         if let Some(found) = kept.as_ref().and_then(|kept| kept.find_value(number)) {
             solved.push(found);
             continue;
         }
+        progress(&format!("full wave, {polarisation}"))?;
         let field = body.solve(polarisation, &places.concat())?;
         let found = BySource { rows: field.bins(&edges()), emitted: field.emitted() };
         if let Some(kept) = &kept {
@@ -294,6 +300,7 @@ mod tests {
     use super::*;
     use crate::dome::Base;
     use geometry::profile::{Elements, Rounding, Shape, SphericalDome};
+    use runtime::progress::Console;
 
     /// Sets of sources that stand in for one program run each.
     const RUNS: usize = 12;
@@ -365,5 +372,42 @@ mod tests {
             let ratios = stated_over_true(&section, &[36, 120, 360]);
             assert!(ratios.iter().flatten().all(|r| (0.8..1.25).contains(r)), "{name}: {ratios:?}");
         }
+    }
+
+    /// Two reliefs of one size have one smooth dome, which a later command does not solve again.
+    #[test]
+    fn a_dome_is_solved_once() {
+        let dome = SphericalDome { sphere_radius_mm: 2.0, height_mm: 1.0, radius_mm: 1.7 };
+        let of = |shape: Shape| {
+            let relief =
+                Elements { width_mm: 0.1, shapes: vec![shape; 17], rounding: Rounding::default() };
+            Section::new(&Base::Sphere(dome), &relief, 2, 2.0, 0.55, [1.41, 1.0]).unwrap()
+        };
+        let cache = tempfile::tempdir().unwrap();
+        let request = Request {
+            sources: SourceRequest { count: 24, ..Default::default() },
+            resolution: Resolution::within(1e-3),
+            paths: 2000,
+            ..Default::default()
+        };
+        let solved = |section: &Section, request: &Request| {
+            let console = Console { quiet: true, json: false, warns: false };
+            let store = Store::of_program(cache.path(), console).unwrap();
+            let count = std::cell::Cell::new(0);
+            let counted = |what: &str| {
+                count.set(count.get() + usize::from(what.starts_with("full wave")));
+                Ok(())
+            };
+            let found = compare(section, request, Some(&store), counted).unwrap();
+            store.finish();
+            (count.get(), found)
+        };
+        let [one, other] = [Shape::Os1, Shape::Smooth].map(of);
+        let (first, of_one) = solved(&one.smooth(), &request);
+        let (second, of_other) = solved(&other.smooth(), &request);
+        assert_eq!((first, second, &of_one), (2, 0, &of_other));
+        // Another seed has other sources, and relief is another dome.
+        assert_eq!(solved(&one.smooth(), &Request { seed: 2, ..request }).0, 2);
+        assert_eq!(solved(&one, &request).0, 2);
     }
 }
