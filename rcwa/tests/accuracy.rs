@@ -79,8 +79,8 @@ fn dielectrics_keep(periods: &[f64], tolerances: &[f64]) {
 }
 
 #[test]
-#[ignore = "slow: 17 s"]
-fn dielectrics_of_any_period_keep_their_tolerance() {
+#[ignore = "nightly: 17 s"]
+fn nightly_dielectrics_of_any_period_keep_their_tolerance() {
     dielectrics_keep(&PERIODS, &[1e-2, 1e-3]);
 }
 

@@ -138,8 +138,8 @@ fn the_own_design_of_the_readme_gives_the_quoted_figures() {
 }
 
 #[test]
-#[ignore = "slow: six runs, tables and a study (65 s)"]
-fn every_command_of_the_tutorial_runs_and_gives_the_quoted_figures() {
+#[ignore = "nightly: six runs, tables and a study (65 s)"]
+fn nightly_every_command_of_the_tutorial_runs_and_gives_the_quoted_figures() {
     let folder = tempdir().expect("a folder");
     let page = read(workspace().join("docs/tutorial.md"));
     let (ran, mut printed) = follow(&page, folder.path());

@@ -60,8 +60,8 @@ fn excess(truth: &Observation, other: &Observation) -> (f64, f64) {
 }
 
 #[test]
-#[ignore = "slow: three designs on their true geometry (20 s)"]
-fn seventeen_bands_give_the_figures_of_the_true_geometry() {
+#[ignore = "nightly: three designs on their true geometry (20 s)"]
+fn nightly_seventeen_bands_give_the_figures_of_the_true_geometry() {
     for (k, name) in DESIGNS.into_iter().enumerate() {
         let design = design(name);
         let truth = truth(k);

@@ -273,8 +273,8 @@ fn domes(dome: &Prototype, index: f64) -> Scene {
 }
 
 #[test]
-#[ignore = "slow: domes of all kinds in a slab (25 s)"]
-fn a_dome_of_the_index_of_the_slab_is_not_seen_whatever_it_is_made_of() {
+#[ignore = "nightly: domes of all kinds in a slab (25 s)"]
+fn nightly_a_dome_of_the_index_of_the_slab_is_not_seen_whatever_it_is_made_of() {
     // A smooth dome, a relief and a large mesh, which is searched in another order, all of one
     // body: the same light leaves the slab.
     let smooth = package(N, Dome::smooth(&CAP), 0.95, 0.86);

@@ -121,8 +121,8 @@ fn twenty_dimensions_take_the_evaluations_of_pycma() {
 /// Start uniform in \[1, 5\]^n, step 2, as in [Hansen, Kern 2004]; pycma 4.5.0 as above, with its
 /// criteria TolX and TolFun at 1e-10 and its own stagnation.
 #[test]
-#[ignore = "slow: 100 runs with large populations (10 s)"]
-fn large_populations_find_the_optimum_of_rastrigin() {
+#[ignore = "nightly: 100 runs with large populations (10 s)"]
+fn nightly_large_populations_find_the_optimum_of_rastrigin() {
     for (n, population, successes, pycma) in [
         (10, 400, 23, 31_335.0),
         (10, 800, 25, 52_050.0),
