@@ -93,4 +93,19 @@ fn channels_of_converted_light_are_mixtures_of_what_is_emitted() {
         assert!((open - behind).abs() < 1e-9, "{name}: {open} {behind}");
     }
     assert!(value(&front["coverage_bt709_xy"]) < 1e-9, "{front}");
+    // Three filters that differ: the gamut of a run is that of the zones.
+    let text = converted(0.5).replace("[560.5,", "[620.0,");
+    let (before, _) = text.rsplit_once("wavelength_nm").expect("a filter");
+    let third = "wavelength_nm = [590.0, 650.0]\ntransmittance = [0.5, 0.5]\n";
+    let text = format!("{before}{third}");
+    std::fs::write(at.join("rgb.toml"), &text).expect("written");
+    let ours = zones(at, "--pattern full.csv", "three");
+    let run = run_text(at, "three", &text, "run-three", &["--paths", "200000"]).expect("results");
+    let front = &run["designs"]["boxed"]["geometric"]["receivers"]["front"];
+    for (k, name) in ["coverage_bt2020_xy", "coverage_dci_p3_xy"].into_iter().enumerate() {
+        let gamut = &ours["colour"]["gamut"][k]["xy"][1];
+        let [(ours, error), (other, noise)] = [gamut, &front[name]].map(estimate);
+        assert!(ours > 1e-3 && error > 0.0 && noise > 0.0, "{name}: {gamut} {front}");
+        assert!((ours - other).abs() < 3.5 * error.hypot(noise), "{name}: {ours} {other}");
+    }
 }

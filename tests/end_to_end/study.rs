@@ -11,6 +11,7 @@ use tempfile::{TempDir, tempdir};
 
 use crate::support::binary::batwing;
 use crate::support::runs::files;
+use crate::zone_colours::coloured;
 
 const STUDY: &str = r#"
 name = "small"
@@ -423,4 +424,31 @@ escaped_up = 0.9
             "{row}"
         );
     }
+}
+
+/// Panels behind one trace are told apart, their contrast as well as their filters.
+#[test]
+fn set_ups_that_differ_in_the_panel_have_figures_of_their_own() {
+    let folder = tempdir().expect("a folder");
+    std::fs::write(folder.path().join("rgb.toml"), coloured()).expect("written");
+    let factor = |name: &str, key: &str, value: f64| {
+        format!("[[factors]]\nname = \"{name}\"\nkey = \"{key}\"\nvalues = [{value}]\n\n")
+    };
+    let study =
+        "name = \"panels\"\ndesigns = [\"rgb.toml\"]\nmodels = [\"geometric\"]\npaths = 20000\n\n"
+            .to_owned()
+            + &factor("contrast", "panel.contrast", 4.0)
+            + &factor("red", "panel.sub_pixels[1].black", 0.5)
+            + "[targets.boxed.geometric]\n\"coverage_bt709_xy.front\" = 1.0\n";
+    std::fs::write(folder.path().join("study.toml"), study).expect("written");
+    let (found, _) = run(folder.path(), &[]);
+    let coverage = |setup: &str| {
+        let figure = &figures(&found, setup)["coverage_bt709_xy.front"];
+        figure["value"].as_f64().expect("a number")
+    };
+    let [base, grey, red] = ["base", "contrast = 4", "red = 0.5"].map(coverage);
+    assert!(
+        grey < base - 0.2 && red < base - 0.1 && (grey - red).abs() > 0.02,
+        "{base} {grey} {red}"
+    );
 }

@@ -25,10 +25,11 @@ pub fn behind_panel(backlight: f64, wanted: f64, contrast: f64) -> f64 {
 ///
 /// At the bend B = T W the mean lies s (φ(d) - d Φ(-d)) low, d = |B - T W| / s, which is at most
 /// s φ(d), 0.4 s where d = 0; at the bend B / C = T W it lies 1/C of the same high. With the d that
-/// noise gives, √2 φ(d) = exp(-d²/2) / √π is φ(d/√2) in the mean, which is at least φ(d).
+/// noise gives, √2 φ(d) = exp(-d²/2) / √π is φ(d/√2) in the mean, which is at least φ(d). Black has no
+/// bend: 1/C of the backlight passes, however bright.
 pub fn panel_bias(backlight: Estimate, wanted: f64, contrast: f64) -> f64 {
     let Estimate { value, standard_error, .. } = backlight;
-    if standard_error <= 0.0 {
+    if standard_error <= 0.0 || wanted <= 0.0 {
         return 0.0;
     }
     let of_bend = |bend: f64| {
@@ -136,6 +137,7 @@ mod tests {
         assert!(panel_bias(Estimate::new(1.0, 0.0), 1.0, 10.0).abs() < f64::MIN_POSITIVE);
         // Black leaks in proportion to a backlight far from dark: nothing bends.
         assert!(panel_bias(Estimate::new(100.0, 3.0), 0.0, 5000.0) < 1e-100);
+        assert!(panel_bias(Estimate::new(1.0, 3.0), 0.0, 5000.0) < 1e-100);
     }
 
     #[test]

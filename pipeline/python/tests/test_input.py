@@ -79,6 +79,7 @@ CASES: list[tuple[str, Callable[[], object], str, str]] = [
     ("bright", lambda: simulate.zones({}, [[0, 1.5]]), "pattern", "1.5 at [1, 2]"),
     ("white", lambda: simulate.zones({}, [[1]], white=[0.3, 0.3, 0.4]), "white", "shape (3,)"),
     ("zones", lambda: simulate.zones({}, [[1]], zones=(0, 1)), "zones", "0"),
+    ("counts", lambda: simulate.zones({}, [[1]], compare_zones=[(0, 1)]), "compare_zones", "0"),
     ("packages", lambda: simulate.zones({}, [[1]], packages=5), "packages", "int 5"),  # type: ignore[arg-type]
     ("fine zones", lambda: simulate.zones({}, [[1]], model="all"), "model", "all"),  # type: ignore[arg-type]
     ("section", lambda: simulate.full_wave(3), "design", "int 3"),  # type: ignore[arg-type]

@@ -113,11 +113,13 @@ pub struct ZonesFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub colour: Option<ColourEntry>,
     /// With `--compare-zones`, the same picture in each number of `zones`, the fewest first: `contrast` and
-    /// `hidden` of its halo, light that is `missing`, `power_share`.
+    /// `hidden` of its halo, in or beside the bright ones of the fewest zones, light that is `missing`,
+    /// `power_share`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub by_zones: Vec<ZoneCount>,
-    /// The fewest zones of `by_zones` from which on the eye hides the halo, with `--distance`: `surely` and
-    /// `possibly`, two standard errors and the bounds apart; null where none does.
+    /// The fewest zones of `by_zones` from which on the eye hides the halo: `surely` and `possibly`, two
+    /// standard errors and the bounds apart; null where none does. Absent without `--distance`, and without
+    /// a halo.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub halo_hidden_from: Option<HiddenFrom>,
 }
@@ -199,7 +201,8 @@ impl ZonesFile {
             line(name, words);
         }
         if let Some(hidden) = &self.halo_hidden_from {
-            line(format!("{} % of the halo hidden from", 100.0 * hidden.share), hidden.words());
+            let name = format!("{} % of the halo hidden from", 100.0 * hidden.share);
+            line(name, hidden.words(&self.by_zones));
         }
         if let Some(direct) = &self.direct {
             let words = format!(
@@ -237,11 +240,14 @@ impl ZoneCount {
         let fraction = |entry: &FigureEntry| shown::text(entry, Unit::Fraction);
         let mut parts = vec![format!("power {:.2} %", 100.0 * self.power_share)];
         let contrast = self.contrast.as_ref().map(|entry| shown::text(entry, Unit::Relative));
-        parts.extend(contrast.map(|contrast| format!("halo contrast {contrast}")));
+        // Other places than those of the halo in the file's own zones.
+        parts.extend(
+            contrast.map(|contrast| format!("halo in the same places: contrast {contrast}")),
+        );
         parts.extend(self.hidden.as_ref().map(|entry| format!("hidden {}", fraction(entry))));
         parts.extend(self.missing.as_ref().map(|entry| format!("missing {}", fraction(entry))));
         let [columns, rows] = self.zones;
-        (format!("{} zones, {columns} x {rows}", self.count()), parts.join(", "))
+        (format!("in {columns} x {rows} zones"), parts.join(", "))
     }
 }
 
@@ -272,19 +278,24 @@ impl HiddenFrom {
                 let end = if side > 0.0 { of_chance.max(high) } else { of_chance.min(low) };
                 end >= Self::ENOUGH
             };
-            let last = shares.iter().rev().take_while(|(_, entry)| is_enough(entry)).last();
-            last.map(|(count, _)| *count)
+            let failing = shares.iter().rev().find(|(_, entry)| !is_enough(entry));
+            let most = failing.map_or(0, |(count, _)| *count);
+            shares.iter().map(|(count, _)| *count).find(|count| *count > most)
         };
         Some(Self { share: Self::ENOUGH, surely: from(-1.0), possibly: from(1.0) })
     }
 
-    /// Words for people.
-    fn words(&self) -> String {
-        match (self.possibly, self.surely) {
-            (Some(least), Some(most)) if least == most => format!("{most} zones"),
-            (Some(least), Some(most)) => format!("{least} to {most} zones"),
-            (Some(least), None) => format!("{least} zones or more, not resolved"),
-            (None, _) => "none of these".to_owned(),
+    /// Words for people: between two of the numbers of `by_zones`.
+    fn words(&self, by_zones: &[ZoneCount]) -> String {
+        let below = |most: Option<usize>| {
+            let counts = by_zones.iter().map(ZoneCount::count);
+            counts.filter(|count| most.is_none_or(|most| *count < most)).max()
+        };
+        match (below(self.possibly), self.surely) {
+            (Some(least), Some(most)) => format!("more than {least}, at most {most} zones"),
+            (None, Some(most)) => format!("at most {most} zones"),
+            (Some(least), None) => format!("more than {least} zones"),
+            (None, None) => "not resolved".to_owned(),
         }
     }
 }
@@ -579,21 +590,35 @@ mod tests {
                 power_share: 1.0,
             };
             let all: Vec<_> = shares.iter().enumerate().map(one).collect();
-            HiddenFrom::new(&all).expect("shares")
+            let found = HiddenFrom::new(&all).expect("shares");
+            (found.possibly, found.surely, found.words(&all))
         };
+        let more = |words: &str| words.to_owned();
         let clear = of(&[(0.5, 0.01), (0.8, 0.01), (0.97, 0.004), (0.99, 0.001)]);
-        assert_eq!((clear.possibly, clear.surely), (Some(30), Some(30)));
-        assert_eq!(clear.words(), "30 zones");
+        assert_eq!(clear, (Some(30), Some(30), more("more than 20, at most 30 zones")));
         // More zones that hide less: from behind them alone.
         let back = of(&[(0.99, 0.001), (0.9, 0.001), (0.99, 0.001)]);
-        assert_eq!((back.possibly, back.surely), (Some(30), Some(30)));
+        assert_eq!(back, (Some(30), Some(30), more("more than 20, at most 30 zones")));
         let noisy = of(&[(0.5, 0.01), (0.94, 0.01), (0.96, 0.01), (0.99, 0.001)]);
-        assert_eq!((noisy.possibly, noisy.surely), (Some(20), Some(40)));
-        assert_eq!(noisy.words(), "20 to 40 zones");
+        assert_eq!(noisy, (Some(20), Some(40), more("more than 10, at most 40 zones")));
         let open = of(&[(0.5, 0.01), (0.94, 0.01)]);
-        assert_eq!((open.possibly, open.surely), (Some(20), None));
+        assert_eq!(open, (Some(20), None, more("more than 10 zones")));
         let none = of(&[(0.5, 0.01), (0.7, 0.01)]);
-        assert_eq!(none.words(), "none of these");
+        assert_eq!(none, (None, None, more("more than 20 zones")));
+        let few = of(&[(0.99, 0.001), (0.99, 0.001)]);
+        assert_eq!(few, (Some(10), Some(10), more("at most 10 zones")));
+        assert_eq!(of(&[(0.94, 0.1)]), (Some(10), None, more("not resolved")));
+        // As many zones in another shape count together.
+        let count = |columns: usize, value: f64| ZoneCount {
+            zones: [columns, 12 / columns],
+            contrast: None,
+            hidden: Some(FigureEntry::share(Estimate::new(value, 0.001))),
+            missing: None,
+            power_share: 1.0,
+        };
+        for shapes in [[count(3, 0.99), count(4, 0.9)], [count(4, 0.9), count(3, 0.99)]] {
+            assert_eq!(HiddenFrom::new(&shapes).expect("shares").surely, None);
+        }
         assert!(HiddenFrom::new(&[]).is_none());
     }
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT OR Apache-2.0
 //! Scenes of one trace of a design: one, or where its media convert light one for each wavelength.
 //!
-//! A trace of several scenes gives an observation of the power, and one each of X, Y and Z.
+//! A trace of several scenes gives an observation of the power, one each of X, Y, Z and photons, and one
+//! each of X, Y and Z behind each sub-pixel of the panel.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -107,8 +108,8 @@ impl Scenes {
         }
     }
 
-    /// Observations of the channels: power, and of several wavelengths X, Y, Z and photons. These are
-    /// of the paths of the first, and have none of their own.
+    /// Observations of the channels: power, and of several wavelengths X, Y, Z, photons, and X, Y and Z
+    /// behind each sub-pixel. These are of the paths of the first, and have none of their own.
     pub fn observations(
         &self,
         design: &Design,
@@ -240,7 +241,7 @@ pub fn converted_fits(design: &Design) -> Result<()> {
     let bytes = 8.0 * (on_threads + observed) as f64;
     ensure!(
         bytes <= MAX_BYTES,
-        "{}: {bins} bins at {}: expected at most 2 GiB for them, got {:.1} GiB; larger bins, a larger light.step_nm or fewer threads take less",
+        "{}: {bins} bins at {}: expected at most 2 GiB for them, got {:.1} GiB; larger bins, a larger light.step_nm, fewer threads or no panel.sub_pixels take less",
         design.provenance.file,
         count(wavelengths, "wavelength"),
         bytes / MAX_BYTES * 2.0

@@ -230,7 +230,6 @@ impl TraceJob<'_> {
             "paths": self.paths,
             "seed": seed,
             "widened": self.widened,
-            "filters": scenes::filters(self.design),
         })
     }
 }

@@ -52,14 +52,9 @@ pub struct ZonesArgs {
         value_parser = columns_and_rows
     )]
     pub zones: Option<[usize; 2]>,
-    /// Another number of zones, in which the halo of the same picture is compared; once for each
-    #[arg(
-        long,
-        value_name = "COLUMNSxROWS",
-        allow_hyphen_values = true,
-        requires = "levels",
-        value_parser = columns_and_rows
-    )]
+    /// Another number of zones in which the same picture is compared, with --picture and --levels; once
+    /// for each
+    #[arg(long, value_name = "COLUMNSxROWS", value_parser = columns_and_rows)]
     pub compare_zones: Vec<[usize; 2]>,
     /// Packages of a larger array, for which those of the design stand [default: those of the
     /// design]
@@ -107,7 +102,7 @@ pub struct ZonesArgs {
     #[arg(long, value_name = "N", value_parser = paths)]
     pub paths: Option<u64>,
     /// Also trace the pattern itself, and compare
-    #[arg(long, conflicts_with = "packages")]
+    #[arg(long, conflicts_with_all = ["packages", "compare_zones"])]
     pub direct: bool,
     /// Directory for the results
     #[arg(long, value_name = "DIR", default_value = "zones")]

@@ -288,10 +288,10 @@ impl<'a> Pictures<'a> {
         }
     }
 
-    /// Light of one picture, or of the pattern.
+    /// Light of one picture, or of the pattern, with black in or beside bright `halo_zones` as its halo.
     pub fn frame(
         &self,
-        path: Option<&Path>,
+        (path, halo_zones): (Option<&Path>, Option<[usize; 2]>),
         array: &Array,
         full: Option<&FullDrive>,
         cache: &Cache,
@@ -334,6 +334,7 @@ impl<'a> Pictures<'a> {
         let pattern = Pattern {
             drives: &drives,
             picture: pattern_picture,
+            halo_zones,
             viewing: self.arguments.viewing(),
             full,
         };
@@ -405,6 +406,7 @@ impl<'a> Pictures<'a> {
             let pattern = Pattern {
                 drives: &drives,
                 picture: on_panel.as_ref().map_or(grey, PatternPicture::Coloured),
+                halo_zones: None,
                 viewing: None,
                 full: Some(full),
             };

@@ -73,6 +73,10 @@ pub fn of_design(
     }
     let one = arguments.model.one();
     let model = one.context("--model: expected one model, got all")?.available(&design)?;
+    ensure!(
+        arguments.compare_zones.is_empty() || arguments.levels.is_some(),
+        "--compare-zones: expected --levels RULE and --picture FILE, which give drives to any zones, got --pattern"
+    );
     let request = Request {
         zones: arguments.zones,
         packages: arguments.packages,
@@ -80,23 +84,33 @@ pub fn of_design(
     };
     let file = || arguments.design.display().to_string();
     let wide = WideDesign::new(&design, model, request).with_context(file)?;
-    let others = arguments.compare_zones.iter().map(|zones| Some(*zones));
-    let zoned = std::iter::once(request.zones).chain(others).map(|zones| {
-        ZonedDesign::new(&wide, model, Request { zones, ..request }).with_context(file)
-    });
-    let zoned = zoned.collect::<Result<Vec<_>>>()?;
+    let zoned_by = |zones| ZonedDesign::new(&wide, model, Request { zones, ..request });
+    let zoned = zoned_by(request.zones).with_context(file)?;
     let command = |zoned| -> Result<Command> {
         let pictures = Pictures::new((arguments, texts), zoned)?;
         Ok(Command { arguments, design: &design, model, zoned, pictures })
     };
-    let commands = zoned.iter().map(command).collect::<Result<Vec<_>>>()?;
-    let (command, others) = commands.split_first().context("--zones: expected some, got none")?;
+    let first = command(&zoned)?;
     ensure!(
-        others.is_empty() || command.pictures.files.len() == 1,
+        arguments.compare_zones.is_empty() || first.pictures.files.len() == 1,
         "--compare-zones: expected one --picture, got a folder of {}",
-        command.pictures.files.len()
+        first.pictures.files.len()
     );
-    command.compute(others, context)
+    let mut known = vec![zoned.zones];
+    for [columns, rows] in &arguments.compare_zones {
+        ensure!(
+            !known.contains(&[*columns, *rows]),
+            "--compare-zones: expected other zones than those of --zones, each once, got {columns} x {rows} again"
+        );
+        known.push([*columns, *rows]);
+    }
+    let other = |zones: &[usize; 2]| {
+        let option = || format!("--compare-zones {}x{}", zones[0], zones[1]);
+        zoned_by(Some(*zones)).with_context(option).with_context(file)
+    };
+    let others = arguments.compare_zones.iter().map(other).collect::<Result<Vec<_>>>()?;
+    let others = others.iter().map(command).collect::<Result<Vec<_>>>()?;
+    first.compute(&others, context)
 }
 
 /// A checked command.
@@ -146,6 +160,7 @@ impl Command<'_> {
             "before {FILE} was written; finished responses stay in `{}`",
             cache.directory().display()
         ));
+        let by_zones = self.by_zones(others, &cache, context)?;
         let (array, full) = self.light(&cache, context)?;
         let frame = self.shown(&array, full.as_ref(), &cache, context)?;
         let found = &frame.dimmed;
@@ -177,17 +192,6 @@ impl Command<'_> {
             .map(|full| self.pictures.test_patterns(&array, full, &cache, context))
             .transpose()?;
         let colour = full.map(|full| self.pictures.colour_entry(&full, (&frame, patterns)));
-        let mut by_zones = Vec::new();
-        for other in others {
-            let (array, full) = other.light(&cache, context)?;
-            let path = other.pictures.files.first().map(PathBuf::as_path);
-            let frame = other.pictures.frame(path, &array, full.as_ref(), &cache, context)?;
-            by_zones.push(other.zone_count(&frame));
-        }
-        if !by_zones.is_empty() {
-            by_zones.push(self.zone_count(&frame));
-            by_zones.sort_by_key(|of| of.zones.iter().product::<usize>());
-        }
         let halo_hidden_from = HiddenFrom::new(&by_zones);
         let file = self.describe(found, written, context.seed);
         let file = ZonesFile { colour, by_zones, halo_hidden_from, ..file };
@@ -215,16 +219,46 @@ impl Command<'_> {
         Ok((array.driven_by(&drive), Some(drive)))
     }
 
-    /// Halo and power of this number of zones.
-    fn zone_count(&self, frame: &Frame) -> ZoneCount {
-        let found = &frame.dimmed;
-        ZoneCount {
-            zones: self.zoned.zones,
-            contrast: found.halo.map(|[.., contrast]| FigureEntry::bounded(contrast)),
-            hidden: found.hidden.map(FigureEntry::share),
-            missing: found.colours.as_ref().and_then(|of| of.missing).map(FigureEntry::share),
-            power_share: frame.power_share,
-        }
+    /// The picture in these zones and those of `others`, the fewest first; its halo is in the same places
+    /// in all.
+    fn by_zones(
+        &self,
+        others: &[Self],
+        cache: &Cache,
+        context: RunContext,
+    ) -> Result<Vec<ZoneCount>> {
+        let mut all: Vec<&Self> = others.iter().chain([self]).collect();
+        all.sort_by_key(|of| of.zoned.zones.iter().product::<usize>());
+        let fewest = all[0].zoned.zones;
+        let count = |of: &&Self| -> Result<ZoneCount> {
+            context.interrupt.check()?;
+            let zones @ [columns, rows] = of.zoned.zones;
+            context.console.say(&format!("in {columns} x {rows} zones"));
+            let (array, full) = of.light(cache, context)?;
+            let picture = of.pictures.files.first().map(PathBuf::as_path);
+            let at = (picture, Some(fewest));
+            let frame = of.pictures.frame(at, &array, full.as_ref(), cache, context)?;
+            of.check_lit(&frame)?;
+            let found = &frame.dimmed;
+            Ok(ZoneCount {
+                zones,
+                contrast: found.halo.map(|[.., contrast]| FigureEntry::bounded(contrast)),
+                hidden: found.hidden.map(FigureEntry::share),
+                missing: found.colours.as_ref().and_then(|of| of.missing).map(FigureEntry::share),
+                power_share: frame.power_share,
+            })
+        };
+        if others.is_empty() { Ok(Vec::new()) } else { all.iter().map(count).collect() }
+    }
+
+    /// Refuses a rule by which the picture lights no zone.
+    fn check_lit(&self, frame: &Frame) -> Result<()> {
+        let [columns, rows] = self.zoned.zones;
+        ensure!(
+            frame.drives.iter().flatten().any(|drive| *drive > 0.0),
+            "--levels: expected a rule by which the first picture lights one of {columns} x {rows} zones, got drives of 0 alone"
+        );
+        Ok(())
     }
 
     /// Shows all pictures, and writes the table and the pictures of several; the first.
@@ -241,13 +275,15 @@ impl Command<'_> {
         for number in 0..self.pictures.files.len().max(1) {
             context.interrupt.check()?;
             let path = self.pictures.files.get(number);
-            let frame =
-                self.pictures.frame(path.map(PathBuf::as_path), array, full, cache, context)?;
+            let frame = self.pictures.frame(
+                (path.map(PathBuf::as_path), None),
+                array,
+                full,
+                cache,
+                context,
+            )?;
             if first.is_none() {
-                ensure!(
-                    frame.drives.iter().flatten().any(|drive| *drive > 0.0),
-                    "--levels: expected a rule by which the first picture lights a zone, got drives of 0 alone"
-                );
+                self.check_lit(&frame)?;
                 ZonesFile::remove_earlier(out, &self.pictures.inputs)?;
             }
             if let Some(path) = path.filter(|_| is_film) {

@@ -20,6 +20,18 @@ pub(super) struct Cells {
 pub(super) type Parts = Vec<(usize, f64)>;
 
 impl Cells {
+    /// Parts of every bin of `frame` in the columns and rows of `zones` over `area` (lower end and length).
+    pub fn parts_of_zones(
+        zones: [usize; 2],
+        area: [[f64; 2]; 2],
+        frame: &Frame,
+    ) -> [Vec<Parts>; 2] {
+        [0, 1].map(|axis| {
+            let [low_mm, length_mm] = area[axis];
+            Self { low_mm, length_mm, count: zones[axis] }.parts(frame, axis)
+        })
+    }
+
     /// Parts of every bin of `frame` along `axis`.
     pub fn parts(&self, frame: &Frame, axis: usize) -> Vec<Parts> {
         let (bin, cell) = (frame.bin_mm[axis], self.length_mm / self.count as f64);

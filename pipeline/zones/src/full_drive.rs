@@ -116,8 +116,7 @@ fn lots(parts: &[ChannelLight]) -> usize {
 }
 
 fn closed(panel: Option<&Panel>, contrast: f64) -> Closed {
-    let panel = panel.filter(|panel| !panel.sub_pixels.is_empty())?;
-    Some([0, 1, 2].map(|s| panel.sub_pixels[s].black.unwrap_or(1.0 / contrast)))
+    panel?.closed(contrast)
 }
 
 impl Array<'_> {

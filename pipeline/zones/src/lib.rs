@@ -117,6 +117,8 @@ pub struct Pattern<'a> {
     pub drives: &'a [Vec<f64>],
     /// The picture.
     pub picture: PatternPicture<'a>,
+    /// Columns and rows of zones in or beside which black is that of the halo; those of the design without.
+    pub halo_zones: Option<[usize; 2]>,
     /// An eye whose own glare hides a part of the halo.
     pub viewing: Option<Viewing>,
     /// Full drive, of designs with colours.
@@ -314,7 +316,8 @@ impl<'a> ZonedDesign<'a> {
             BeyondLight { parts, of_white: beyond }
         };
         let light = (&array.parts[..], light_beyond);
-        let panel = PanelBeforeZones::new(self.frame, (self.zones, area), light, pattern.picture);
+        let zones = [self.zones, pattern.halo_zones.unwrap_or(self.zones)];
+        let panel = PanelBeforeZones::new(self.frame, (zones, area), light, pattern.picture);
         let (shown, hidden) = array.with_pieces(pattern.drives, |pieces| {
             let shown = panel.show(pieces, &reference.white);
             let hidden = pattern.viewing.and_then(|viewing| {

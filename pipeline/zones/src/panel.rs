@@ -118,17 +118,14 @@ struct ColourRow {
 impl<'a> PanelBeforeZones<'a> {
     /// The panel of `frame` before `zones` over `area` (lower end and length along x and y, mm) and
     /// these parts of the light, of which bins may lack or have too much what lies beyond the traced
-    /// array, which shows a picture.
+    /// array, which shows a picture; black is that of the halo in or beside bright `halo_zones`.
     pub fn new(
         frame: Frame,
-        (zones, area): ([usize; 2], [[f64; 2]; 2]),
+        ([zones, halo_zones], area): ([[usize; 2]; 2], [[f64; 2]; 2]),
         (light, beyond): (&'a [ChannelLight], BeyondLight),
         picture: PatternPicture<'a>,
     ) -> Self {
-        let parts = [0, 1].map(|axis| {
-            let [low_mm, length_mm] = area[axis];
-            Cells { low_mm, length_mm, count: zones[axis] }.parts(&frame, axis)
-        });
+        let parts = Cells::parts_of_zones(zones, area, &frame);
         let (levels, wanted) = match picture {
             PatternPicture::Grey(image, contrast) => {
                 let at = |k: usize| [image.levels[k]];
@@ -145,7 +142,7 @@ impl<'a> PanelBeforeZones<'a> {
         };
         let roles = Vec::new();
         let mut panel = Self { frame, zones, parts, levels, roles, light, wanted, beyond };
-        panel.roles = panel.roles();
+        panel.roles = panel.roles(halo_zones, &Cells::parts_of_zones(halo_zones, area, &frame));
         panel
     }
 
@@ -162,27 +159,27 @@ impl<'a> PanelBeforeZones<'a> {
         [Role::Black, Role::Bright].map(|role| self.roles.iter().filter(|r| **r == role).count())
     }
 
-    fn roles(&self) -> Vec<Role> {
+    /// Roles of the bins beside zones, of which each bin holds these `parts`.
+    fn roles(&self, zones: [usize; 2], parts: &[Vec<Parts>; 2]) -> Vec<Role> {
         let largest = self.levels.iter().copied().fold(0.0, f64::max);
         let is_bright = |level: f64| level > 0.0 && level >= (1.0 - 1e-9) * largest;
         let of_bin = |k: usize| {
             let bin = self.place(k);
             let zone = |axis: usize| {
-                let parts = self.parts[axis][bin[axis]].iter();
+                let parts = parts[axis][bin[axis]].iter();
                 Some(parts.max_by(|a, b| a.1.total_cmp(&b.1))?.0)
             };
             Some([zone(0)?, zone(1)?])
         };
-        let mut bright = vec![false; self.zones[0] * self.zones[1]];
+        let mut bright = vec![false; zones[0] * zones[1]];
         for (k, level) in self.levels.iter().enumerate().filter(|(_, level)| is_bright(**level)) {
             if let Some([i, j]) = of_bin(k).filter(|_| level.is_finite()) {
-                bright[j * self.zones[0] + i] = true;
+                bright[j * zones[0] + i] = true;
             }
         }
         let is_near_bright = |[i, j]: [usize; 2]| {
             let about = |k: usize, count: usize| k.saturating_sub(1)..(k + 2).min(count);
-            about(j, self.zones[1])
-                .any(|j| about(i, self.zones[0]).any(|i| bright[j * self.zones[0] + i]))
+            about(j, zones[1]).any(|j| about(i, zones[0]).any(|i| bright[j * zones[0] + i]))
         };
         let role = |(k, level): (usize, &f64)| match of_bin(k) {
             Some(_) if is_bright(*level) => Role::Bright,
@@ -687,7 +684,7 @@ mod tests {
                 white_moves_uv: 0.0,
             };
             let picture = PatternPicture::Coloured(&on_panel);
-            let whole = ([1, 1], [[0.0, 1.0]; 2]);
+            let whole = ([[1, 1]; 2], [[0.0, 1.0]; 2]);
             let none = BeyondLight { parts: vec![LightOff::anywhere(0.0, [1, 1])], of_white: 0.0 };
             let panel = PanelBeforeZones::new(frame, whole, (&parts, none), picture);
             let noise = 0.03;

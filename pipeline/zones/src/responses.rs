@@ -374,10 +374,6 @@ fn key(
     });
     if let Some(parts) = parts {
         fields["parts"] = json!({"count": parts, "channels": lit.channels()});
-        if lit.converts() {
-            let rows = |of: &SubPixel| json!([of.wavelength_nm, of.transmittance]);
-            fields["parts"]["filters"] = lit.sub_pixels().iter().map(rows).collect();
-        }
     }
     Ok(Key::of(&fields))
 }

@@ -15,6 +15,16 @@ pub struct Panel {
     pub sub_pixels: Vec<SubPixel>,
 }
 
+impl Panel {
+    /// What each sub-pixel passes closed, over open, before a panel of this contrast; `None` without
+    /// sub-pixels.
+    pub fn closed(&self, contrast: f64) -> Option<[f64; 3]> {
+        let of = |sub_pixel: &SubPixel| sub_pixel.black.unwrap_or(1.0 / contrast);
+        let all: Vec<f64> = self.sub_pixels.iter().map(of).collect();
+        all.try_into().ok()
+    }
+}
+
 /// A filter that opens and closes.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SubPixel {

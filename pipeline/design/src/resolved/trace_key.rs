@@ -25,6 +25,7 @@ use super::dome::{Dome, DomeMesh};
 use super::files::{Files, UsedFile};
 use super::led::{BoxPlace, Led};
 use super::medium::Medium;
+use super::panel::SubPixel;
 use super::receivers::CheckedReceiver;
 use super::solids::CheckedSolid;
 use super::sources::CheckedSource;
@@ -81,6 +82,7 @@ impl Design {
             sources,
             solids,
             prints,
+            // Light meets it after all else, but what is kept of converted light is weighted by its filters.
             panel: _,
             hybrid,
             trace,
@@ -136,6 +138,10 @@ impl Design {
             fields["converted"] =
                 json!({"step_nm": step_nm, "nm": nodes, "emitted": emitted, "photons": true});
             // What is kept of a trace is weighted.
+            let rows = |of: &SubPixel| json!([of.wavelength_nm, of.transmittance]);
+            if !self.sub_pixels().is_empty() {
+                fields["converted"]["filters"] = self.sub_pixels().iter().map(rows).collect();
+            }
             if *converts_in_lumens {
                 fields["converted"]["lumens"] = json!(true);
             }
@@ -183,7 +189,7 @@ impl Design {
 }
 
 fn named_files(provenance: &Provenance) -> Vec<&str> {
-    // A design's own text is what all other fields were made of; light meets the panel after them.
+    // A design's own text is what all other fields were made of, and files of the panel are in its rows.
     let Provenance { file: _, sha256: _, named, of_panel: _ } = provenance;
     named.iter().map(hash).collect()
 }

@@ -36,7 +36,7 @@ use crate::missing_figure::missing_figure;
 use super::trace_figures::{NamedFigures, SetupFigures, TraceId};
 
 /// Version of tracing and reading; raise it whenever the same design would give other numbers.
-pub(crate) const TRACE_VERSION: u32 = 11;
+pub(crate) const TRACE_VERSION: u32 = 12;
 
 /// Folder in the cache of the figures of traces.
 const FOLDER: &str = "traces";
@@ -280,6 +280,7 @@ impl TraceTask {
             "version": env!("CARGO_PKG_VERSION"),
             "design": fields,
             "reading": design.reading_fields(),
+            "panel": design.panel,
             "model": model,
             "probes": element.map(|_| of_element),
             "tables": tables,
@@ -290,6 +291,7 @@ impl TraceTask {
         let trace_key = Key::of(&json!({
             "design": fields,
             "plane": [plane.columns, plane.rows],
+            "sub_pixels": design.sub_pixels(),
             "model": kind.key(design),
             "element": element,
             "tables": tables,

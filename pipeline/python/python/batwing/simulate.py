@@ -367,8 +367,9 @@ def zones(
     zones, packages : (int, int), optional
         Columns and rows of zones [default: one for each package], and of packages for which those of
         the design stand [default: those of the design].
-    compare_zones : sequence of (int, int)
-        Other numbers of zones in which the halo of the picture is compared; needs `levels`.
+    compare_zones : sequence of (int, int), optional
+        Other numbers of zones in which the halo of the picture is compared, under `by_zones` of the results;
+        needs `levels`.
     receiver : str, optional
         Plane or luminance receiver [default: the plane of `receiver`].
     contrast : float, optional

@@ -60,8 +60,13 @@ impl ColourReader {
 
 /// True of a region with light enough to state its colour.
 fn is_known(sums: &Grouped, at: usize) -> bool {
+    is_stated(sums, |sums| region(sums, at))
+}
+
+/// The same of X, Y and Z that are read so.
+fn is_stated(sums: &Grouped, read: impl Fn(&[f64]) -> [f64; 3] + Sync) -> bool {
     let of = |sums: &[f64]| {
-        let [x, y, z] = region(sums, at);
+        let [x, y, z] = read(sums);
         x + 15.0 * y + 3.0 * z
     };
     let found = jackknife(sums, of);
@@ -129,34 +134,43 @@ struct PanelBeforeReceiver {
     at: [usize; 3],
     /// What each passes closed, over open.
     closed: [f64; 3],
-    /// True where there is light enough behind each to state its colour.
-    is_known: bool,
+    /// True where there is light enough to state white, and to state all primaries.
+    are_known: [bool; 2],
 }
 
 impl PanelBeforeReceiver {
     fn new(number: usize, design: &Design, colours: &Colours) -> Option<Self> {
-        let panel = design.panel.as_ref().filter(|panel| !panel.sub_pixels.is_empty())?;
+        let panel = design.panel.as_ref()?;
+        let closed = panel.closed(panel.contrast)?;
         let at = [0, 1, 2].map(|s| colours.regions.behind + s * design.receivers.len() + number);
-        let closed = [0, 1, 2].map(|s| panel.sub_pixels[s].black.unwrap_or(1.0 / panel.contrast));
-        Some(Self { at, closed, is_known: at.iter().all(|at| is_known(&colours.sums, *at)) })
+        let mut panel = Self { at, closed, are_known: [false; 2] };
+        let is_known = |shares: [f64; 3]| is_stated(&colours.sums, |sums| panel.sum(sums, shares));
+        let are_known = [is_known([1.0; 3]), (0..3).all(|s| is_known(panel.primary(s)))];
+        panel.are_known = are_known;
+        Some(panel)
+    }
+
+    /// Openings of one sub-pixel with the others closed.
+    fn primary(&self, open: usize) -> [f64; 3] {
+        let mut shares = self.closed;
+        shares[open] = 1.0;
+        shares
+    }
+
+    /// X, Y and Z of sub-pixels that are open so far.
+    fn sum(&self, sums: &[f64], shares: [f64; 3]) -> [f64; 3] {
+        let open = self.at.map(|at| region(sums, at));
+        [0, 1, 2].map(|k| (0..3).map(|s| shares[s] * open[s][k]).sum())
     }
 
     /// [`PANEL_WHITE`] and [`COVERAGE`].
     fn figures(&self, sums: &[f64]) -> Vec<f64> {
-        if !self.is_known {
-            return vec![f64::NAN; PANEL_WHITE.all().len() + COVERAGE.len()];
-        }
-        let open = self.at.map(|at| region(sums, at));
-        let sum = |shares: [f64; 3]| {
-            [0, 1, 2].map(|k| (0..3).map(|s| shares[s] * open[s][k]).sum::<f64>())
-        };
-        let primary = |s: usize| {
-            let mut shares = self.closed;
-            shares[s] = 1.0;
-            sum(shares)
-        };
-        let white = chromaticity::figures(sum([1.0; 3]));
-        white.into_iter().chain(gamut::coverages([0, 1, 2].map(primary))).collect()
+        let [has_white, has_primaries] = self.are_known;
+        let white = || chromaticity::figures(self.sum(sums, [1.0; 3]));
+        let white = if has_white { white() } else { [f64::NAN; 4] };
+        let primaries = || [0, 1, 2].map(|s| self.sum(sums, self.primary(s)));
+        let coverages = has_primaries.then(|| gamut::coverages(primaries()));
+        white.into_iter().chain(coverages.unwrap_or([f64::NAN; COVERAGE.len()])).collect()
     }
 }
 

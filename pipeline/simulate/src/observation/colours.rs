@@ -27,7 +27,7 @@ const WRITTEN: usize = 90;
 /// X, Y and Z of the bins of a receiver.
 pub type Tristimulus = [Grouped; 3];
 
-/// An observation of one wavelength, or of X, Y or Z alone.
+/// An observation of one wavelength, or of X, Y or Z alone, open or behind one sub-pixel.
 #[derive(Debug, Clone)]
 pub struct Part<'a> {
     /// Weights that make X, Y and Z of it.
@@ -116,11 +116,12 @@ pub fn region(sums: &[f64], number: usize) -> [f64; 3] {
 
 impl ColourArrays {
     fn new(design: &Design, parts: &[Part]) -> Self {
+        let is_lit = |xyz: &[f64; 3]| xyz.iter().any(|weight| *weight > 0.0);
+        let is_open = |part: &&Part| is_lit(&part.weights) || !part.behind.iter().any(is_lit);
+        let open: Vec<&Part> = parts.iter().filter(is_open).collect();
         let tristimulus = |bins: usize, of: &dyn Fn(&Observation) -> &Grouped| {
             [0, 1, 2].map(|k| {
-                let is_behind = |part: &Part| part.behind.iter().flatten().any(|w| *w > 0.0);
-                let open = parts.iter().filter(|part| part.weights[k] > 0.0 || !is_behind(part));
-                let parts = open.map(|part| (part.weights[k], of(part.seen)));
+                let parts = open.iter().map(|part| (part.weights[k], of(part.seen)));
                 let parts: Vec<(f64, &Grouped)> = parts.collect();
                 Grouped::weighted_merged(&parts, bins, GROUPS_TOGETHER)
             })

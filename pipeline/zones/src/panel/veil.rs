@@ -97,7 +97,7 @@ mod tests {
         let frame = Frame { bins: BINS, bin_mm: [0.5; 2], low_mm: [0.0; 2] };
         let light = ChannelLight::whole();
         let none = BeyondLight { parts: vec![LightOff::anywhere(0.0, BINS)], of_white: 0.0 };
-        let whole = ([1, 1], BINS.map(|bins| [0.0, 0.5 * bins as f64]));
+        let whole = ([[1, 1]; 2], BINS.map(|bins| [0.0, 0.5 * bins as f64]));
         let picture = PatternPicture::Grey(&image, contrast);
         let panel = PanelBeforeZones::new(frame, whole, (&light, none), picture);
         let half: Vec<f64> = square(zone).iter().map(|level| 0.5 * level).collect();
