@@ -99,8 +99,8 @@ fn groups_are_in_memory_once() {
 }
 
 #[test]
-#[ignore = "slow: maps near the limit of the memory (12 s)"]
-fn maps_and_far_fields_are_in_memory_once_beside_what_is_judged() {
+#[ignore = "nightly: maps near the limit of the memory (12 s)"]
+fn nightly_maps_and_far_fields_are_in_memory_once_beside_what_is_judged() {
     let folder = tempdir().expect("a folder");
     let text = receiver(1);
     let mut fine = text.clone();

@@ -353,8 +353,8 @@ fn distances_from_target_maps_are_those_of_closed_forms() {
 
 /// Over tolerances the objective holds the scatter of packages, whose mirrors deviate.
 #[test]
-#[ignore = "slow: 13 s"]
-fn objectives_are_taken_over_tolerances() {
+#[ignore = "nightly: 13 s"]
+fn nightly_objectives_are_taken_over_tolerances() {
     let folder = folder();
     let at = folder.path();
     let tolerance = "name = \"mirrors\"\ndesign = \"bare-dome.toml\"\n\

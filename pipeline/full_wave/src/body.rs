@@ -539,8 +539,8 @@ mod tests {
 
     /// Without refinement by the finest skeletons and by those of a target, and with it.
     #[test]
-    #[ignore = "slow: 17 s"]
-    fn tiles_give_what_one_matrix_gives() {
+    #[ignore = "nightly: 17 s"]
+    fn nightly_tiles_give_what_one_matrix_gives() {
         for outline in outlines() {
             for polarisation in [Polarisation::Te, Polarisation::Tm] {
                 let dense = bins(&body(&outline, 1e-10, None), polarisation);

@@ -588,7 +588,7 @@ pub const PANEL_WHITE: ColourFigures = ColourFigures {
     cct_k: behind_panel(temperature("white_cct_k", "correlated colour temperature, white of panel")).means("Colour temperature of the light on the receiver behind the open panel."),
     duv: behind_panel(colour("white_duv", "Duv, white of panel")).means("Distance of the colour behind the open panel from that of a black body: greenish above 0, pinkish below."),
 };
-/// Gamut of the panel before the light of a receiver, in the order of [`gamut::coverages`].
+/// Gamut of the panel before the light of a receiver, in the order of [`crate::gamut::coverages`].
 pub const COVERAGE: [Definition; 6] = [
     coverage("coverage_bt2020_xy", "coverage of BT.2020 in x, y"),
     coverage("coverage_bt2020_uv", "coverage of BT.2020 in u', v'"),
