@@ -19,6 +19,7 @@ use simulate::spectral::{SpectralJob, SpectralTrace};
 
 use crate::support::binary::batwing;
 use crate::support::runs::{estimate, files, run_text};
+use crate::zone_colours::coloured;
 
 /// A dome of a glass that disperses and absorbs blue, in the light of a white LED.
 const WHITE: &str = r#"
@@ -409,4 +410,25 @@ fn light_without_dispersion_has_the_colour_of_its_source() {
         }
         assert!(estimate(&found["plane_cct_k"]).1 == 0.0, "{}", found["plane_cct_k"]);
     }
+}
+
+/// Deep red alone, which no z sees, before a panel.
+#[test]
+fn light_without_z_has_a_white_behind_the_panel() {
+    let folder = tempdir().expect("a folder");
+    let deeper = [
+        ("[610.0, 630.0, 650.0]", 660),
+        ("[500.0, 530.0, 560.0]", 670),
+        ("[440.0, 455.0, 470.0]", 680),
+    ];
+    let text = deeper.iter().fold(coloured(), |text, (die, nm)| {
+        text.replacen(die, &format!("[{}.0, {nm}.0, {}.0]", nm - 5, nm + 5), 1)
+    });
+    let run = run_text(folder.path(), "red", &text, "out", &["--paths", "9000"]).expect("results");
+    let front = &run["designs"]["boxed"]["geometric"]["receivers"]["front"];
+    let value = |name: &str| front[name]["value"].as_f64().expect(name);
+    // All beyond 650 nm lies near the red end of the locus.
+    assert!((value("white_u_prime") - 0.62).abs() < 0.01, "{front}");
+    assert!((value("white_v_prime") - 0.507).abs() < 0.01, "{front}");
+    assert!(value("coverage_bt709_xy") < 0.01, "{front}");
 }

@@ -94,6 +94,14 @@ pub fn write_png(path: &Path, columns: usize, rgb: &[u8]) {
     std::fs::write(path, png_of_rgb(columns, rgb).expect("whole rows")).expect("written");
 }
 
+/// Writes `star.png`: one white pixel of 6 x 6.
+pub fn star(folder: &Path) -> Vec<u8> {
+    let mut pixels = vec![0; 3 * 36];
+    pixels[3 * 14..][..3].fill(255);
+    write_png(&folder.join("star.png"), 6, &pixels);
+    pixels
+}
+
 #[test]
 fn channels_add_up_to_the_whole() {
     let folder = folder();
@@ -316,9 +324,7 @@ fn levels_follow_from_the_picture_by_their_formula() {
 fn the_eye_hides_a_part_of_the_halo() {
     let folder = folder();
     let at = folder.path();
-    let mut pixels = vec![0; 3 * 36];
-    pixels[3 * 14..][..3].fill(255);
-    write_png(&at.join("star.png"), 6, &pixels);
+    let mut pixels = star(at);
     let line = "--picture star.png --levels max";
     let seen = |contrast: f64, age: f64, out: &str| {
         zones(at, &format!("{line} --contrast {contrast} --distance 600 --age {age}"), out)

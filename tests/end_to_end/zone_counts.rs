@@ -2,16 +2,15 @@
 //! `batwing zones --compare-zones`: one picture in several numbers of zones.
 
 use crate::support::binary::batwing;
-use crate::zone_colours::{folder, value, write_png, zones};
+use crate::zone_colours::{folder, star, value, write_png, zones};
 
-/// Other numbers of zones beside the own one are what each is by itself.
+/// Power and missing light of each number of zones are those of a command of its own; so is the halo of the
+/// fewest, whose places are those of all.
 #[test]
 fn numbers_of_zones_are_compared_in_one_command() {
     let folder = folder();
     let at = folder.path();
-    let mut pixels = vec![0; 3 * 36];
-    pixels[3 * 14..][..3].fill(255);
-    write_png(&at.join("star.png"), 6, &pixels);
+    let mut pixels = star(at);
     let line = "--picture star.png --levels max --contrast 1000 --distance 600";
     let found = zones(at, &format!("{line} --compare-zones 1x1 --compare-zones 1x3"), "all");
     let counts = found["by_zones"].as_array().expect("numbers of zones");

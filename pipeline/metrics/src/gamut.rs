@@ -96,10 +96,11 @@ pub fn shares(primaries: [Point; 3], standard: &Primaries) -> [Shares; 2] {
 /// and Z; NaN where one is dark.
 pub fn coverages(primaries: [[f64; 3]; 3]) -> [f64; 2 * STANDARDS.len()] {
     let xy = primaries.map(|xyz| xy(xyz).unwrap_or([f64::NAN; 2]));
+    if xy.as_flattened().iter().any(|v| v.is_nan()) {
+        return [f64::NAN; 2 * STANDARDS.len()];
+    }
     let all = STANDARDS.map(|standard| shares(xy, &standard).map(|of| of.coverage));
-    std::array::from_fn(|k| {
-        if xy.as_flattened().iter().any(|v| v.is_nan()) { f64::NAN } else { all[k / 2][k % 2] }
-    })
+    std::array::from_fn(|k| all[k / 2][k % 2])
 }
 
 /// Twice the area of a triangle, positive anticlockwise.

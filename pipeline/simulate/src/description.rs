@@ -273,8 +273,7 @@ fn sources(design: &Design) -> Vec<(&'static str, String)> {
     if design.channels().len() > 1 {
         lines.push(("channels", design.channels().join(", ")));
     }
-    let has_colours = design.channels().len() > 1
-        || design.panel.as_ref().is_some_and(|panel| !panel.sub_pixels.is_empty());
+    let has_colours = design.channels().len() > 1 || !design.sub_pixels().is_empty();
     let mut all = design.colours().into_iter().flat_map(|lights| lights.lights);
     let by_tolerance =
         |light: Light| matches!(light.light.sampling(), Some(Sampling::Tolerance(_)));

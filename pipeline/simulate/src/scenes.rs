@@ -173,7 +173,7 @@ const PHOTONS: usize = 4;
 
 /// Filters behind which a trace of `design` counts X, Y and Z: the sub-pixels, where a medium converts
 /// light.
-pub(super) fn filters(design: &Design) -> &[SubPixel] {
+fn filters(design: &Design) -> &[SubPixel] {
     if design.converts() { design.sub_pixels() } else { &[] }
 }
 

@@ -114,8 +114,7 @@ fn check_options(arguments: &ZonesArgs, zoned: &ZonedDesign) -> Result<()> {
         !(arguments.direct && zoned.has_colours()),
         "--direct: expected none with channels or [panel] sub_pixels"
     );
-    let panel = zoned.design.panel.as_ref();
-    let has_sub_pixels = panel.is_some_and(|panel| !panel.sub_pixels.is_empty());
+    let has_sub_pixels = !zoned.design.sub_pixels().is_empty();
     for (option, is_stated) in
         [("--transfer", arguments.transfer.is_some()), ("--gamut", arguments.gamut.is_some())]
     {
@@ -223,7 +222,7 @@ impl<'a> Pictures<'a> {
 
     /// True if the panel shows colours.
     pub fn has_sub_pixels(&self) -> bool {
-        self.design.panel.as_ref().is_some_and(|panel| !panel.sub_pixels.is_empty())
+        !self.design.sub_pixels().is_empty()
     }
 
     /// True if levels are cd/m².

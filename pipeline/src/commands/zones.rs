@@ -129,8 +129,7 @@ impl Command<'_> {
         for warning in warnings(self.design)? {
             context.console.warn(&warning);
         }
-        let mut sub_pixels = self.design.panel.iter().flat_map(|panel| &panel.sub_pixels);
-        let states_black = sub_pixels.any(|sub_pixel| sub_pixel.black.is_some());
+        let states_black = self.design.sub_pixels().iter().any(|of| of.black.is_some());
         if self.arguments.contrast.is_some() && states_black {
             context.console.warn(&format!(
                 "{}: panel.sub_pixels: a stated `black` stays, whatever --contrast",

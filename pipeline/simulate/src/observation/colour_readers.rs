@@ -9,7 +9,7 @@ use metrics::chromaticity::{self, MAX_RELATIVE_ERROR};
 use metrics::colour_regions::Directions;
 use metrics::figures::{
     ANGLE_DIFFERENCE, COLOUR_DIFFERENCE, COVERAGE, ColourFigures, Definition, FAR_FIELD_COLOUR,
-    PANEL_WHITE, PARTS_DIFFERENCE, PLANE_COLOUR, RECEIVER_COLOUR,
+    PARTS_DIFFERENCE, PLANE_COLOUR, Source, colours_of_receiver,
 };
 use metrics::{Estimate, Grouped, JackknifedFigure, colour_difference, gamut, jackknife};
 use results::figure_entry::FigureEntry;
@@ -163,7 +163,7 @@ impl PanelBeforeReceiver {
         [0, 1, 2].map(|k| (0..3).map(|s| shares[s] * open[s][k]).sum())
     }
 
-    /// [`PANEL_WHITE`] and [`COVERAGE`].
+    /// White, then [`COVERAGE`].
     fn figures(&self, sums: &[f64]) -> Vec<f64> {
         let [has_white, has_primaries] = self.are_known;
         let white = || chromaticity::figures(self.sum(sums, [1.0; 3]));
@@ -190,9 +190,8 @@ impl<'a> ReceiverColourReader<'a> {
 
 impl Reader for ReceiverColourReader<'_> {
     fn columns(&self) -> Vec<Column> {
-        let behind = PANEL_WHITE.all().into_iter().chain(COVERAGE);
-        let behind = behind.filter(|_| self.panel.is_some());
-        let all = RECEIVER_COLOUR.all().into_iter().chain(behind);
+        let is_read = |of: &Definition| of.source != Source::PanelColours || self.panel.is_some();
+        let all = colours_of_receiver().filter(is_read);
         all.map(|figure| Column::plain(figure.of_receiver(self.receiver.name()))).collect()
     }
 
